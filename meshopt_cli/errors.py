@@ -1,0 +1,52 @@
+"""The errors that a user can cause, each with the exit status it stands for.
+
+Every one of them is shown as a single line; anything else that reaches the
+command line is a bug of ours and ends with `EXIT_INVARIANT`.
+"""
+
+EXIT_DONE = 0
+EXIT_BAD_MESH = 1
+EXIT_USAGE = 2
+EXIT_FILES = 3
+EXIT_INVARIANT = 4
+EXIT_INTERRUPTED = 130
+
+
+class MeshoptError(Exception):
+    """Base of all errors with a message meant for the user."""
+
+    exit_status = EXIT_INVARIANT
+
+
+class BadMeshError(MeshoptError):
+    """The file was read, and the mesh in it is not one that can be worked on."""
+
+    exit_status = EXIT_BAD_MESH
+
+
+class ConfigError(MeshoptError):
+    """A wrong option, pipeline file, or combination of them."""
+
+    exit_status = EXIT_USAGE
+
+
+class ReadError(MeshoptError):
+    """A file cannot be read, or holds no kind of mesh this tool knows."""
+
+    exit_status = EXIT_FILES
+
+
+class UnsupportedMeshError(ReadError):
+    """The file was read, and its cells are of a kind that cannot be optimized."""
+
+
+class WriteError(MeshoptError):
+    """A file cannot be written."""
+
+    exit_status = EXIT_FILES
+
+
+class InvariantError(MeshoptError):
+    """A promise of this tool broke: nothing is written."""
+
+    exit_status = EXIT_INVARIANT

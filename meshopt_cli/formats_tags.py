@@ -1,0 +1,198 @@
+"""What each family of formats can hold of a `Mesh`, and how it calls it.
+
+Each function makes a mesh fit for one family, tags carried over, and lists what
+had to be left out. The mesh it is given stays as it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from urllib.parse import quote
+
+import numpy as np
+
+from .formats_gmsh import CODES, DIM_TAGS, GEOMETRICAL, PHYSICAL, VIEW_WIDTHS, dimension_of
+from .formats_medit import CELL_TYPES, REF
+from .mesh import Array, Block, Mesh
+
+PRINTABLE = "".join(chr(code) for code in range(33, 127) if chr(code) not in '"%')
+
+
+def for_gmsh(mesh: Mesh, version: str) -> tuple[Mesh, list[str]]:
+    """Fit a mesh for Gmsh: a reference becomes a physical group and an entity."""
+    dropped: list[str] = []
+    blocks = []
+    for block in _held(mesh.blocks, CODES, dropped):
+        data = _views(block.data, (PHYSICAL, GEOMETRICAL, REF), dropped)
+        physical, entity = _tags(block.data.get(PHYSICAL)), _tags(block.data.get(GEOMETRICAL))
+        if physical is None and entity is None:
+            physical = _tags(block.data.get(REF))
+        elif REF in block.data:
+            dropped.append(REF)
+        if physical is not None:
+            data[PHYSICAL] = physical
+        if entity is not None:
+            data[GEOMETRICAL] = entity
+        kept = block.entities if version == "4.1" else None
+        blocks.append(Block(block.type, block.cells, data, kept))
+    _number_entities(blocks)
+
+    point_data = _views(mesh.point_data, (DIM_TAGS, REF), dropped)
+    dim_tags = mesh.point_data.get(DIM_TAGS)
+    if dim_tags is not None and version == "4.1":
+        point_data[DIM_TAGS] = dim_tags
+    elif dim_tags is not None:
+        dropped.append(DIM_TAGS)
+    if version != "4.1" and any(block.entities is not None for block in mesh.blocks):
+        dropped.append("the entities that bound others")
+    refs = mesh.point_data.get(REF, np.empty(0))
+    if (refs != refs[:1]).any():
+        dropped.append("the references of vertices")
+    return Mesh(in_space(mesh.points), blocks, point_data, dict(mesh.names)), dropped
+
+
+def _number_entities(blocks: list[Block]) -> None:
+    """Give an entity to the cells that have none: the number of their group, if positive."""
+    for dimension in range(4):
+        bare = [
+            block
+            for block in blocks
+            if dimension_of(block.type) == dimension and GEOMETRICAL not in block.data
+        ]
+        groups = [b.data.get(PHYSICAL, np.zeros(len(b.cells), np.int64)) for b in bare]
+        top = max((int(group.max()) for group in groups if len(group)), default=0)
+        for block, group in zip(bare, groups, strict=True):
+            if dimension == 0 and PHYSICAL not in block.data:  # one entity a vertex
+                block.data[GEOMETRICAL] = np.arange(1, len(group) + 1)
+            else:
+                block.data[GEOMETRICAL] = np.where(group > 0, group, max(top, 0) + 1 - group)
+
+
+def for_medit(mesh: Mesh) -> tuple[Mesh, list[str]]:
+    """Fit a mesh for Medit: its reference is the physical group, else the entity."""
+    dropped = _model(mesh)
+    keys = [key for key in (REF, PHYSICAL, GEOMETRICAL) if _present(mesh.blocks, key)]
+    blocks = []
+    for block in _held(mesh.blocks, CELL_TYPES, dropped):
+        refs = _tags(block.data.get(keys[0])) if keys else None
+        dropped += [name for name in block.data if name not in keys[:1]]
+        blocks.append(Block(block.type, block.cells, {} if refs is None else {REF: refs}))
+    dropped += [name for name in mesh.point_data if name not in (REF, DIM_TAGS)]
+    refs = _tags(mesh.point_data.get(REF))
+    return Mesh(mesh.points, blocks, {} if refs is None else {REF: refs}), dropped
+
+
+def _present(blocks: list[Block], key: str) -> bool:
+    """Whether some cell has a tag; physical groups that are all 0 are none."""
+    return any(key in b.data and (key != PHYSICAL or b.data[key].any()) for b in blocks)
+
+
+def for_vtk(mesh: Mesh, known: Collection[str], *, legacy: bool) -> tuple[Mesh, list[str]]:
+    """Fit a mesh for VTK: arrays run over all cells, 0 or NaN where there was none.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    known : collection of str
+        Types of cells that VTK knows.
+    legacy : bool
+        True for the format without XML, whose names are without blanks.
+    """
+    dropped = _model(mesh)
+    held = _held(mesh.blocks, known, dropped)
+    blocks = [Block(block.type, block.cells) for block in held]
+    for name in dict.fromkeys(name for block in held for name in block.data):
+        values = [_plain(block.data.get(name)) for block in held]
+        some = [array for array in values if array is not None]
+        if len({array.shape[1:] for array in some}) != 1:
+            dropped.append(name)
+            continue
+        kind = np.result_type(*some)
+        missing = np.nan if kind.kind == "f" else 0
+        for block, array in zip(blocks, values, strict=True):
+            shape = (len(block.cells), *some[0].shape[1:])
+            block.data[_name(name, legacy)] = (
+                np.full(shape, missing, kind) if array is None else array.astype(kind)
+            )
+    point_data = {}
+    for name, array in mesh.point_data.items():
+        values_of = _plain(array)
+        if values_of is None:
+            dropped.append(name)
+        elif name != DIM_TAGS:
+            point_data[_name(name, legacy)] = values_of
+    return Mesh(in_space(mesh.points), blocks, point_data), dropped
+
+
+def in_space(points: Array) -> Array:
+    """Give points in the plane a third coordinate, 0."""
+    return np.pad(points, ((0, 0), (0, 3 - points.shape[1])))
+
+
+def _model(mesh: Mesh) -> list[str]:
+    """What of a mesh only Gmsh can hold."""
+    dropped = ["the physical names"] if mesh.names else []
+    if DIM_TAGS in mesh.point_data or any(b.entities is not None for b in mesh.blocks):
+        dropped.append("the entities of nodes and their bounds")
+    return dropped
+
+
+def _held(blocks: list[Block], known: Collection[str], dropped: list[str]) -> list[Block]:
+    """Keep the blocks of known types.
+
+    Raises
+    ------
+    ValueError
+        One of the others has the highest dimension: without it there is no mesh.
+    """
+    top = max((_dimension(block.type) for block in blocks if len(block.cells)), default=0)
+    for block in blocks:
+        if block.type not in known and len(block.cells):
+            if _dimension(block.type) == top:
+                raise ValueError(f"the format has no cells of type {block.type}")
+            dropped.append(f"the cells of type {block.type}")
+    return [block for block in blocks if block.type in known]
+
+
+def _dimension(cell_type: str) -> int:
+    try:
+        return dimension_of(cell_type)
+    except KeyError:  # one of VTK's own: treat it as important
+        return 3
+
+
+def _tags(values: Array | None) -> Array | None:
+    """Take an array for tags if it holds whole numbers, one a row."""
+    if values is None or values.ndim != 1 or values.dtype.kind not in "biuf":
+        return None
+    whole = values.astype(np.int64)
+    return whole if (whole == values).all() else None
+
+
+def _plain(values: Array | None) -> Array | None:
+    """Bring an array to one or two dimensions and a type that VTK has, if it can be."""
+    if values is None or values.dtype.kind not in "biuf":
+        return None
+    if values.dtype.kind == "b":
+        values = values.astype(np.uint8)
+    if values.dtype.kind == "f" and values.dtype.itemsize not in (4, 8):
+        values = values.astype(np.float64)
+    return values.reshape(len(values), -1) if values.ndim > 2 else values
+
+
+def _views(data: dict[str, Array], but: tuple[str, ...], dropped: list[str]) -> dict[str, Array]:
+    """Keep the arrays that Gmsh can hold as views."""
+    views = {}
+    for name, values in data.items():
+        if name not in but:
+            width = int(np.prod(values.shape[1:]))
+            if values.dtype.kind in "biuf" and width in VIEW_WIDTHS:
+                views[name] = values
+            else:
+                dropped.append(name)
+    return views
+
+
+def _name(name: str, legacy: bool) -> str:
+    """Spell a name as VTK does in its older format: no blanks."""
+    return quote(name, safe=PRINTABLE) if legacy else name

@@ -1,0 +1,119 @@
+"""Replace the cells of a cavity by others that fill it, with their neighbours."""
+
+from __future__ import annotations
+
+from ._jit import kernel
+from .ball import next_stamp, touch
+from .geometry import at
+from .measures import tet_quality
+from .tables import TET_FACETS
+from .types import N_CELLS, N_FREE
+
+
+@kernel
+def has_room(mesh, n_more):
+    """Whether so many more cells fit the arrays."""
+    return mesh.state[N_FREE] + mesh.cells.shape[0] - mesh.state[N_CELLS] >= n_more
+
+
+@kernel
+def new_cell(mesh):
+    """A row for a new cell: the last one that died, or the next one never used."""
+    if mesh.state[N_FREE] > 0:
+        mesh.state[N_FREE] -= 1
+        cell = mesh.free[mesh.state[N_FREE]]
+    else:
+        cell = mesh.state[N_CELLS]
+        mesh.state[N_CELLS] += 1
+    mesh.alive[cell] = True
+    return cell
+
+
+@kernel
+def kill_cell(mesh, cell):
+    mesh.alive[cell] = False
+    mesh.free[mesh.state[N_FREE]] = cell
+    mesh.state[N_FREE] += 1
+
+
+@kernel
+def link(mesh, one, other):
+    """Make two facets, given by their handles, each other's neighbour; -1 is the boundary."""
+    if one >= 0:
+        mesh.neighbours[one >> 2, one & 3] = other
+    if other >= 0:
+        mesh.neighbours[other >> 2, other & 3] = one
+
+
+@kernel
+def match_facet(facets, n, a, b, c, handle):
+    """Find the waiting facet with these vertices, or let this one wait.
+
+    Returns
+    -------
+    other : int
+        Handle of the match, which is taken off the list; -2 when there is none.
+    n : int
+        Number of waiting facets after the call.
+    """
+    low = min(a, b, c)
+    high = max(a, b, c)
+    middle = a + b + c - low - high
+    for i in range(n):
+        if facets[i, 0] == low and facets[i, 1] == middle and facets[i, 2] == high:
+            other = facets[i, 3]
+            n -= 1
+            for k in range(4):
+                facets[i, k] = facets[n, k]
+            return other, n
+    facets[n, 0] = low
+    facets[n, 1] = middle
+    facets[n, 2] = high
+    facets[n, 3] = handle
+    return -2, n + 1
+
+
+@kernel
+def replace_tets(mesh, old, n_old, n_new, scratch):
+    """Put the first `n_new` rows of `scratch.created` in place of the tets `old`.
+
+    Both sets must fill the same polyhedron, and `has_room` must hold for the difference.
+    """
+    stamp = next_stamp(scratch)
+    region = mesh.region[old[0]]
+    for i in range(n_old):
+        scratch.cell_mark[old[i]] = stamp
+    # The facets of the cavity wait, each with what lies beyond it, for the tet that fills it.
+    n = 0
+    for i in range(n_old):
+        for k in range(4):
+            beyond = mesh.neighbours[old[i], k]
+            if beyond < 0 or scratch.cell_mark[beyond >> 2] != stamp:
+                a = mesh.cells[old[i], TET_FACETS[k, 0]]
+                b = mesh.cells[old[i], TET_FACETS[k, 1]]
+                c = mesh.cells[old[i], TET_FACETS[k, 2]]
+                _, n = match_facet(scratch.facets, n, a, b, c, beyond)
+    # Lowest rows first, so that the numbering does not depend on how the shell was walked.
+    for i in range(n_old):
+        kill_cell(mesh, old[n_old - 1 - i])
+    for i in range(n_new):
+        cell = new_cell(mesh)
+        mesh.region[cell] = region
+        for k in range(4):
+            mesh.cells[cell, k] = scratch.created[i, k]
+            mesh.vertex_cell[scratch.created[i, k]] = cell
+        for k in range(4):
+            a = mesh.cells[cell, TET_FACETS[k, 0]]
+            b = mesh.cells[cell, TET_FACETS[k, 1]]
+            c = mesh.cells[cell, TET_FACETS[k, 2]]
+            other, n = match_facet(scratch.facets, n, a, b, c, 4 * cell + k)
+            if other != -2:
+                link(mesh, 4 * cell + k, other)
+        mesh.quality[cell] = tet_quality(
+            mesh.measure,
+            at(mesh.points, mesh.cells[cell, 0]),
+            at(mesh.points, mesh.cells[cell, 1]),
+            at(mesh.points, mesh.cells[cell, 2]),
+            at(mesh.points, mesh.cells[cell, 3]),
+        )
+        touch(mesh, cell)

@@ -1,0 +1,109 @@
+"""Vectors, lengths, signed areas and volumes (18.1), ideal points (18.4.1)."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from ._jit import kernel
+
+SQRT3 = math.sqrt(3.0)
+# Height of the regular simplex over a facet of unit mean edge.
+TRI_HEIGHT = SQRT3 / 2.0
+TET_HEIGHT = math.sqrt(2.0 / 3.0)
+
+
+class Vec(NamedTuple):
+    """A point or vector of space; z = 0 in planar meshes."""
+
+    x: float
+    y: float
+    z: float
+
+
+@kernel
+def at(points, i):
+    """Point i of an (n, 3) array."""
+    return Vec(points[i, 0], points[i, 1], points[i, 2])
+
+
+@kernel
+def minus(a, b):
+    return Vec(a.x - b.x, a.y - b.y, a.z - b.z)
+
+
+@kernel
+def toward(a, b, t):
+    """The point a + t (b - a)."""
+    return Vec(a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.z + t * (b.z - a.z))
+
+
+@kernel
+def along(a, d, t):
+    """The point a + t d."""
+    return Vec(a.x + t * d.x, a.y + t * d.y, a.z + t * d.z)
+
+
+@kernel
+def dot(a, b):
+    return a.x * b.x + a.y * b.y + a.z * b.z
+
+
+@kernel
+def cross(a, b):
+    return Vec(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
+
+
+@kernel
+def norm(a):
+    return math.sqrt(dot(a, a))
+
+
+@kernel
+def square_distance(a, b):
+    d = minus(a, b)
+    return dot(d, d)
+
+
+@kernel
+def distance(a, b):
+    return math.sqrt(square_distance(a, b))
+
+
+@kernel
+def tri_area(a, b, c):
+    """Signed area of a triangle in the plane z = 0 (18.1)."""
+    return 0.5 * ((b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y))
+
+
+@kernel
+def tet_volume(a, b, c, d):
+    """Signed volume of a tetrahedron (18.3)."""
+    return dot(cross(minus(b, a), minus(c, a)), minus(d, a)) / 6.0
+
+
+@kernel
+def tri_ideal_point(a, b):
+    """Apex of the equilateral triangle to the left of the edge a b."""
+    return Vec(
+        0.5 * (a.x + b.x) - TRI_HEIGHT * (b.y - a.y),
+        0.5 * (a.y + b.y) + TRI_HEIGHT * (b.x - a.x),
+        0.0,
+    )
+
+
+@kernel
+def tet_ideal_point(a, b, c):
+    """Apex over the centroid of a triangle, as high as a regular tet of its mean edge.
+
+    A flat triangle has no side to stand on: its centroid is returned.
+    """
+    normal = cross(minus(b, a), minus(c, a))
+    length = norm(normal)
+    edge = (distance(a, b) + distance(b, c) + distance(c, a)) / 3.0
+    height = TET_HEIGHT * edge / length if length > 0.0 else 0.0
+    return Vec(
+        (a.x + b.x + c.x) / 3.0 + height * normal.x,
+        (a.y + b.y + c.y) / 3.0 + height * normal.y,
+        (a.z + b.z + c.z) / 3.0 + height * normal.z,
+    )

@@ -1,0 +1,312 @@
+"""Quality measures of one cell, each as q = 1/Q (Remark 18.3).
+
+q is 1 for the regular cell, 0 for a flat one, negative for an inverted one, whatever the
+position, rotation and size. `tet_quality` and `tri_quality` pick a measure by its code;
+`meshopt_cli.quality.MEASURES` gives the codes their names.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ._jit import entry, kernel
+from .geometry import SQRT3, at, cross, distance, dot, minus, norm, square_distance
+
+(
+    ASPECT_RATIO,
+    VOLUME_LENGTH,
+    RADIUS_RATIO,
+    RADIUS_EDGE,
+    EDGE_RATIO,
+    VOLUME_AREA,
+    MEAN_EDGE,
+    ANGLE_MIN,
+    ANGLE_MAX,
+    SOLID_ANGLE_MIN,
+) = range(10)
+
+ALPHA_2 = SQRT3 / 6.0
+ALPHA_3 = math.sqrt(6.0) / 36.0
+BETA_2 = SQRT3 / 12.0
+BETA_3 = SQRT3 / 216.0
+REGULAR_ANGLE_2 = math.pi / 3.0
+REGULAR_ANGLE_3 = math.acos(1.0 / 3.0)
+REGULAR_SOLID_ANGLE = 3.0 * REGULAR_ANGLE_3 - math.pi
+SQRT2 = math.sqrt(2.0)
+SQRT6 = math.sqrt(6.0)
+
+
+@kernel
+def ratio(numerator, denominator):
+    """The quotient, and 0 for a cell shrunk to a point or a line."""
+    return numerator / denominator if denominator > 0.0 else 0.0
+
+
+@kernel
+def angle_between(u, v):
+    """Angle of two vectors in [0, pi], accurate near 0 and pi too."""
+    return math.atan2(norm(cross(u, v)), dot(u, v))
+
+
+@kernel
+def signed(value, volume):
+    """The value with the sign of the volume, 0 for a flat cell."""
+    if volume > 0.0:
+        return value
+    return -value if volume < 0.0 else 0.0
+
+
+# Tetrahedra -----------------------------------------------------------------------------
+
+
+@kernel
+def tet_aspect_ratio(a, b, c, d):
+    """V / (alpha_3 h_max S), the inverse of (18.7)."""
+    ab = minus(b, a)
+    ac = minus(c, a)
+    ad = minus(d, a)
+    bc = minus(c, b)
+    bd = minus(d, b)
+    cd = minus(d, c)
+    n_abc = cross(ab, ac)
+    n_abd = cross(ab, ad)
+    n_acd = cross(ac, ad)
+    n_bcd = cross(bc, bd)
+    surface = 0.5 * (norm(n_abc) + norm(n_abd) + norm(n_acd) + norm(n_bcd))
+    h_max = math.sqrt(
+        max(dot(ab, ab), dot(ac, ac), dot(ad, ad), dot(bc, bc), dot(bd, bd), dot(cd, cd))
+    )
+    return ratio(dot(n_abc, ad) / 6.0, ALPHA_3 * h_max * surface)
+
+
+@kernel
+def tet_volume_length(a, b, c, d):
+    """V / (beta_3 h_s^3), the inverse of (18.9)."""
+    ab = minus(b, a)
+    ac = minus(c, a)
+    ad = minus(d, a)
+    h2 = dot(ab, ab) + dot(ac, ac) + dot(ad, ad)
+    h2 += square_distance(b, c) + square_distance(b, d) + square_distance(c, d)
+    return ratio(dot(cross(ab, ac), ad) / 6.0, BETA_3 * h2 * math.sqrt(h2))
+
+
+@kernel
+def tet_edges(a, b, c, d):
+    """Lengths of the six edges: ab, ac, ad, bc, bd, cd."""
+    return (
+        distance(a, b),
+        distance(a, c),
+        distance(a, d),
+        distance(b, c),
+        distance(b, d),
+        distance(c, d),
+    )
+
+
+@kernel
+def tet_normals(a, b, c, d):
+    """Inward normals of the faces opposite a, b, c, d, twice their areas long."""
+    ab = minus(b, a)
+    ac = minus(c, a)
+    ad = minus(d, a)
+    bc = minus(c, b)
+    bd = minus(d, b)
+    return cross(bd, bc), cross(ac, ad), cross(ad, ab), cross(ab, ac)
+
+
+@kernel
+def tet_circumradius(a, b, c, d, volume):
+    """Radius of the sphere through the vertices, by the products of opposite edges."""
+    ab, ac, ad, bc, bd, cd = tet_edges(a, b, c, d)
+    p = ab * cd
+    q = ac * bd
+    r = ad * bc
+    product = (p + q + r) * (p + q - r) * (q + r - p) * (r + p - q)
+    return math.sqrt(max(product, 0.0)) / (24.0 * abs(volume))
+
+
+@kernel
+def tet_dihedral_angle(n1, n2):
+    """Angle inside the cell between two faces, from their inward normals (Definition 18.1)."""
+    return math.pi - angle_between(n1, n2)
+
+
+@kernel
+def tet_angles(a, b, c, d):
+    """Least and greatest dihedral angle in radians."""
+    n0, n1, n2, n3 = tet_normals(a, b, c, d)
+    d01 = tet_dihedral_angle(n0, n1)
+    d02 = tet_dihedral_angle(n0, n2)
+    d03 = tet_dihedral_angle(n0, n3)
+    d12 = tet_dihedral_angle(n1, n2)
+    d13 = tet_dihedral_angle(n1, n3)
+    d23 = tet_dihedral_angle(n2, n3)
+    least = min(d01, d02, d03, d12, d13, d23)
+    greatest = max(d01, d02, d03, d12, d13, d23)
+    return least, greatest
+
+
+@kernel
+def solid_angle(apex, a, b, c):
+    """Solid angle at the apex (Definition 18.2), by the formula of Van Oosterom and Strackee."""
+    u = minus(a, apex)
+    v = minus(b, apex)
+    w = minus(c, apex)
+    lu = norm(u)
+    lv = norm(v)
+    lw = norm(w)
+    numerator = abs(dot(u, cross(v, w)))
+    denominator = lu * lv * lw + dot(u, v) * lw + dot(v, w) * lu + dot(w, u) * lv
+    return 2.0 * math.atan2(numerator, denominator)
+
+
+@kernel
+def tet_other_quality(measure, a, b, c, d):
+    """The measures of the list in 18.2.2, all but the two most used."""
+    n0, n1, n2, n3 = tet_normals(a, b, c, d)
+    volume = dot(n3, minus(d, a)) / 6.0
+    if volume == 0.0:
+        return 0.0
+    ab, ac, ad, bc, bd, cd = tet_edges(a, b, c, d)
+    if measure == RADIUS_RATIO:
+        inradius = 6.0 * volume / (norm(n0) + norm(n1) + norm(n2) + norm(n3))
+        return 3.0 * inradius / tet_circumradius(a, b, c, d, volume)
+    if measure == VOLUME_AREA:
+        squares = 0.25 * (dot(n0, n0) + dot(n1, n1) + dot(n2, n2) + dot(n3, n3))
+        v2 = volume * volume
+        # 3^7 = 2187 times V^4 / (sum S^2)^3 is 1 for the regular tet.
+        return signed(2187.0 * v2 * v2 / (squares * squares * squares), volume)
+    if measure == MEAN_EDGE:
+        mean = (ab + ac + ad + bc + bd + cd) / 6.0
+        return 6.0 * SQRT2 * volume / (mean * mean * mean)
+    if measure == ANGLE_MIN:
+        least, _ = tet_angles(a, b, c, d)
+        return signed(least / REGULAR_ANGLE_3, volume)
+    if measure == ANGLE_MAX:
+        _, greatest = tet_angles(a, b, c, d)
+        return signed((math.pi - greatest) / (math.pi - REGULAR_ANGLE_3), volume)
+    if measure == SOLID_ANGLE_MIN:
+        least = min(
+            solid_angle(a, b, c, d),
+            solid_angle(b, a, c, d),
+            solid_angle(c, a, b, d),
+            solid_angle(d, a, b, c),
+        )
+        return signed(least / REGULAR_SOLID_ANGLE, volume)
+    h_min = min(ab, ac, ad, bc, bd, cd)
+    if measure == RADIUS_EDGE:
+        radius = tet_circumradius(a, b, c, d, volume)
+        return signed(h_min * SQRT6 / (4.0 * radius), volume)
+    h_max = max(ab, ac, ad, bc, bd, cd)
+    return signed(h_min / h_max, volume)  # EDGE_RATIO
+
+
+@kernel
+def tet_quality(measure, a, b, c, d):
+    """q of a tetrahedron by the measure with this code."""
+    if measure == ASPECT_RATIO:
+        return tet_aspect_ratio(a, b, c, d)
+    if measure == VOLUME_LENGTH:
+        return tet_volume_length(a, b, c, d)
+    return tet_other_quality(measure, a, b, c, d)
+
+
+# Triangles ------------------------------------------------------------------------------
+
+
+@kernel
+def tri_angles(a, b, c):
+    """Least and greatest angle in radians."""
+    at_a = angle_between(minus(b, a), minus(c, a))
+    at_b = angle_between(minus(c, b), minus(a, b))
+    at_c = math.pi - at_a - at_b
+    return min(at_a, at_b, at_c), max(at_a, at_b, at_c)
+
+
+@kernel
+def tri_other_quality(measure, a, b, c, area):
+    """The planar counterparts of the measures of 18.2.2 (Exercise 18.3)."""
+    ab = distance(a, b)
+    bc = distance(b, c)
+    ca = distance(c, a)
+    if area == 0.0:
+        return 0.0
+    if measure == RADIUS_RATIO:
+        return signed(16.0 * area * area / ((ab + bc + ca) * ab * bc * ca), area)
+    if measure == VOLUME_AREA:
+        squares = ab * ab + bc * bc + ca * ca
+        return signed(48.0 * area * area / (squares * squares), area)
+    if measure == MEAN_EDGE:
+        mean = (ab + bc + ca) / 3.0
+        return 4.0 / SQRT3 * area / (mean * mean)
+    if measure in (ANGLE_MIN, SOLID_ANGLE_MIN):
+        least, _ = tri_angles(a, b, c)
+        return signed(least / REGULAR_ANGLE_2, area)
+    if measure == ANGLE_MAX:
+        _, greatest = tri_angles(a, b, c)
+        return signed((math.pi - greatest) / (math.pi - REGULAR_ANGLE_2), area)
+    h_min = min(ab, bc, ca)
+    if measure == RADIUS_EDGE:
+        return 4.0 / SQRT3 * area * h_min / (ab * bc * ca)
+    return signed(h_min / max(ab, bc, ca), area)  # EDGE_RATIO
+
+
+@kernel
+def tri_quality(measure, a, b, c):
+    """q of a triangle in the plane z = 0 by the measure with this code.
+
+    `ASPECT_RATIO` is S / (alpha_2 h_max p), the inverse of (18.6), and `VOLUME_LENGTH`
+    S / (beta_2 h_s^2), the inverse of (18.8).
+    """
+    ab = minus(b, a)
+    ac = minus(c, a)
+    bc = minus(c, b)
+    area = 0.5 * (ab.x * ac.y - ab.y * ac.x)
+    if measure == ASPECT_RATIO:
+        e0 = norm(ab)
+        e1 = norm(ac)
+        e2 = norm(bc)
+        return ratio(area, ALPHA_2 * max(e0, e1, e2) * 0.5 * (e0 + e1 + e2))
+    if measure == VOLUME_LENGTH:
+        return ratio(area, BETA_2 * (dot(ab, ab) + dot(ac, ac) + dot(bc, bc)))
+    return tri_other_quality(measure, a, b, c, area)
+
+
+# Many cells -----------------------------------------------------------------------------
+
+
+@entry
+def measure_cells(measure, points, cells, out):
+    """q of each cell of an (n, 3) or (n, 4) array, written to `out`."""
+    if cells.shape[1] == 4:
+        for i in range(cells.shape[0]):
+            out[i] = tet_quality(
+                measure,
+                at(points, cells[i, 0]),
+                at(points, cells[i, 1]),
+                at(points, cells[i, 2]),
+                at(points, cells[i, 3]),
+            )
+    else:
+        for i in range(cells.shape[0]):
+            out[i] = tri_quality(
+                measure, at(points, cells[i, 0]), at(points, cells[i, 1]), at(points, cells[i, 2])
+            )
+
+
+@entry
+def angle_range(points, cells):
+    """Least and greatest (dihedral) angle over all cells, in radians; (inf, -inf) of none."""
+    least = math.inf
+    greatest = -math.inf
+    for i in range(cells.shape[0]):
+        a = at(points, cells[i, 0])
+        b = at(points, cells[i, 1])
+        c = at(points, cells[i, 2])
+        if cells.shape[1] == 4:
+            low, high = tet_angles(a, b, c, at(points, cells[i, 3]))
+        else:
+            low, high = tri_angles(a, b, c)
+        least = min(least, low)
+        greatest = max(greatest, high)
+    return least, greatest

@@ -1,0 +1,289 @@
+"""Node relocation (18.4.1): where a vertex should go, and how far it can.
+
+The methods give an auxiliary point P* (18.21); the vertex moves to (1 - w) P + w P*
+(18.22), w being halved while the result is refused (Remark 18.11). `optimize` instead
+climbs the worst quality of the ball (Remark 18.12).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ._jit import entry, kernel
+from .accept import GAIN, is_accepted, threshold
+from .ball import gather_ball, longest_edge_at, next_stamp, quality_at, touch, worst_of
+from .geometry import Vec, along, at, distance, dot, norm, tet_ideal_point, toward, tri_ideal_point
+from .tables import TET_FACETS, TRI_FACETS
+from .types import APPLIED, FIXED, INVALID, NOT_BETTER, TOO_LARGE
+
+LAPLACE, WEIGHTED, QUALITY, OPTIMIZE = range(4)
+UNIFORM, WORST, DEGRADATION, DEGRADATION2 = range(4)
+
+# A degradation Q runs to infinity on flat cells: as a weight it is capped here.
+MAX_WEIGHT = 1e4
+N_HALVINGS = 5
+
+# Optimization of a ball.
+MAX_STEPS = 20
+ACTIVE = 0.02  # cells whose q is within this of the worst steer the direction
+HULL_STEPS = 24
+PROBE = 1e-6  # of the size of the ball: the step of difference quotients
+SHORTEST = 1e-4  # of the size of the ball: a shorter step ends the search
+
+
+class Relocation(NamedTuple):
+    """How to look for the new position of a vertex."""
+
+    method: int
+    weight: int
+    relaxation: float
+    rule: int
+    floor: float
+    below: float  # only balls whose worst q is less than this
+
+
+class RelocationPlan(NamedTuple):
+    """A simulated relocation. The ball is in `scratch.ball`."""
+
+    verdict: int
+    n: int  # cells of the ball
+    position: Vec
+    worst: float
+
+
+@kernel
+def single(x):
+    """The number rounded to single precision."""
+    return np.float64(np.float32(x))
+
+
+@kernel
+def rounded(mesh, p):
+    """The point as it will be stored."""
+    if mesh.single:
+        return Vec(single(p.x), single(p.y), single(p.z))
+    return p
+
+
+@kernel
+def ideal_point(mesh, handle):
+    """The point that makes the best cell with the facet opposite a vertex (18.24)."""
+    cell = handle >> 2
+    local = handle & 3
+    if mesh.cells.shape[1] == 4:
+        return tet_ideal_point(
+            at(mesh.points, mesh.cells[cell, TET_FACETS[local, 0]]),
+            at(mesh.points, mesh.cells[cell, TET_FACETS[local, 1]]),
+            at(mesh.points, mesh.cells[cell, TET_FACETS[local, 2]]),
+        )
+    return tri_ideal_point(
+        at(mesh.points, mesh.cells[cell, TRI_FACETS[local, 0]]),
+        at(mesh.points, mesh.cells[cell, TRI_FACETS[local, 1]]),
+    )
+
+
+@kernel
+def neighbour_mean(mesh, vertex, ball, n, weighted, scratch):
+    """Mean of the vertices of the ball (18.21); weighted by their distance for (18.23)."""
+    stamp = next_stamp(scratch)
+    p = at(mesh.points, vertex)
+    total = 0.0
+    x = 0.0
+    y = 0.0
+    z = 0.0
+    for i in range(n):
+        cell = ball[i] >> 2
+        for k in range(mesh.cells.shape[1]):
+            v = mesh.cells[cell, k]
+            if v != vertex and scratch.vertex_mark[v] != stamp:
+                scratch.vertex_mark[v] = stamp
+                q = at(mesh.points, v)
+                w = distance(p, q) if weighted else 1.0
+                total += w
+                x += w * q.x
+                y += w * q.y
+                z += w * q.z
+    return Vec(x / total, y / total, z / total)
+
+
+@kernel
+def ideal_mean(mesh, ball, n, weight):
+    """Weighted mean of the ideal points of the ball (18.24)."""
+    total = 0.0
+    x = 0.0
+    y = 0.0
+    z = 0.0
+    worst = worst_of(mesh, ball, n)
+    for i in range(n):
+        q = mesh.quality[ball[i] >> 2]
+        w = 1.0
+        if weight == WORST:
+            if q > worst:
+                continue
+        elif weight != UNIFORM:
+            w = min(1.0 / q, MAX_WEIGHT) if q > 0.0 else MAX_WEIGHT
+            if weight == DEGRADATION2:
+                w *= w
+        ideal = ideal_point(mesh, ball[i])
+        total += w
+        x += w * ideal.x
+        y += w * ideal.y
+        z += w * ideal.z
+    return Vec(x / total, y / total, z / total)
+
+
+@kernel
+def worst_at(mesh, ball, n, p, stop):
+    """Worst q of a ball with its vertex at p; gives up at the first cell at or below `stop`."""
+    worst = math.inf
+    for i in range(n):
+        worst = min(worst, quality_at(mesh, ball[i], p))
+        if worst <= stop:
+            break
+    return worst
+
+
+@kernel
+def gradient_at(mesh, handle, p, h):
+    """Gradient of the q of a cell with its vertex at p, by central differences of step h."""
+    gx = quality_at(mesh, handle, Vec(p.x + h, p.y, p.z))
+    gx -= quality_at(mesh, handle, Vec(p.x - h, p.y, p.z))
+    gy = quality_at(mesh, handle, Vec(p.x, p.y + h, p.z))
+    gy -= quality_at(mesh, handle, Vec(p.x, p.y - h, p.z))
+    gz = 0.0
+    if mesh.cells.shape[1] == 4:
+        gz = quality_at(mesh, handle, Vec(p.x, p.y, p.z + h))
+        gz -= quality_at(mesh, handle, Vec(p.x, p.y, p.z - h))
+    return Vec(gx / (2.0 * h), gy / (2.0 * h), gz / (2.0 * h))
+
+
+@kernel
+def ascent_direction(gradients, n):
+    """Point of least norm in the convex hull of the gradients (Gilbert's algorithm).
+
+    All active cells improve along it; where it vanishes the worst q has a maximum.
+    """
+    d = at(gradients, 0)
+    for _ in range(HULL_STEPS):
+        least = math.inf
+        nearest = 0
+        for i in range(n):
+            s = dot(d, at(gradients, i))
+            if s < least:
+                least = s
+                nearest = i
+        square = dot(d, d)
+        if square - least <= 1e-3 * square:
+            break
+        g = at(gradients, nearest)
+        towards = Vec(g.x - d.x, g.y - d.y, g.z - d.z)
+        d = along(d, towards, min(1.0, -dot(d, towards) / dot(towards, towards)))
+    return d
+
+
+@kernel
+def climb(mesh, ball, n, p, worst, size, scratch):
+    """Move p uphill on the worst q of its ball until no step helps.
+
+    Returns
+    -------
+    p : Vec
+    worst : float
+        Worst q of the ball at p, at least the one given.
+    """
+    values = scratch.values
+    step = 0.2 * size
+    for _ in range(MAX_STEPS):
+        for i in range(n):
+            values[i] = quality_at(mesh, ball[i], p)
+        n_active = 0
+        for i in range(n):
+            if values[i] <= worst + ACTIVE:
+                g = gradient_at(mesh, ball[i], p, PROBE * size)
+                scratch.gradients[n_active, 0] = g.x
+                scratch.gradients[n_active, 1] = g.y
+                scratch.gradients[n_active, 2] = g.z
+                n_active += 1
+        d = ascent_direction(scratch.gradients, n_active)
+        length = norm(d)
+        if length * size < 1e-3:
+            break
+        gained = False
+        while step > SHORTEST * size:
+            q = rounded(mesh, along(p, d, step / length))
+            after = worst_at(mesh, ball, n, q, worst)
+            if after > worst + GAIN:
+                # A longer stride may do better still.
+                p = q
+                worst = after
+                gained = True
+                break
+            step *= 0.5
+        if not gained:
+            break
+        step *= 1.6
+    return p, worst
+
+
+@kernel
+def simulate_relocation(mesh, vertex, how, scratch):
+    """Look for a better position of a vertex inside its closed ball."""
+    ball = scratch.ball
+    p = at(mesh.points, vertex)
+    if mesh.fixed[vertex]:
+        return RelocationPlan(FIXED, 0, p, 0.0)
+    n, closed = gather_ball(mesh, vertex, ball, scratch)
+    if n < 0:
+        return RelocationPlan(TOO_LARGE, 0, p, 0.0)
+    if not closed:
+        return RelocationPlan(FIXED, 0, p, 0.0)
+    before = worst_of(mesh, ball, n)
+    if before >= how.below:
+        return RelocationPlan(NOT_BETTER, n, p, before)
+    if how.method == OPTIMIZE:
+        size = longest_edge_at(mesh, ball, n, p)
+        q, worst = climb(mesh, ball, n, p, before, size, scratch)
+        verdict = APPLIED if worst > before + GAIN else NOT_BETTER
+        return RelocationPlan(verdict, n, q, worst)
+    if how.method == QUALITY:
+        goal = ideal_mean(mesh, ball, n, how.weight)
+    else:
+        goal = neighbour_mean(mesh, vertex, ball, n, how.method == WEIGHTED, scratch)
+    stop = threshold(how.rule, how.floor, before)
+    t = how.relaxation
+    worst = before
+    for _ in range(N_HALVINGS):
+        q = rounded(mesh, toward(p, goal, t))
+        worst = worst_at(mesh, ball, n, q, stop)
+        if worst > 0.0 and is_accepted(how.rule, how.floor, before, worst):
+            return RelocationPlan(APPLIED, n, q, worst)
+        t *= 0.5
+    return RelocationPlan(NOT_BETTER if worst > 0.0 else INVALID, n, p, worst)
+
+
+@kernel
+def apply_relocation(mesh, vertex, plan, scratch):
+    """Carry out a simulated relocation."""
+    mesh.points[vertex, 0] = plan.position.x
+    mesh.points[vertex, 1] = plan.position.y
+    mesh.points[vertex, 2] = plan.position.z
+    for i in range(plan.n):
+        handle = scratch.ball[i]
+        mesh.quality[handle >> 2] = quality_at(mesh, handle, plan.position)
+        touch(mesh, handle >> 2)
+
+
+@entry
+def sweep_relocation(mesh, order, how, scratch, counts):
+    """Try each vertex in turn; `counts` (N_VERDICTS,) is raised at each verdict."""
+    for i in range(order.shape[0]):
+        vertex = order[i]
+        if mesh.vertex_cell[vertex] < 0:
+            continue
+        plan = simulate_relocation(mesh, vertex, how, scratch)
+        counts[plan.verdict] += 1
+        if plan.verdict == APPLIED:
+            apply_relocation(mesh, vertex, plan, scratch)

@@ -1,0 +1,62 @@
+"""The shell of an edge of a tet mesh: the tets that share it (Definition 18.6)."""
+
+from __future__ import annotations
+
+from ._jit import kernel
+from .ball import local_index
+from .types import MAX_SHELL
+
+
+@kernel
+def is_required(mesh, a, b):
+    """Whether an internal edge was declared in the file and must stay."""
+    if mesh.required.shape[0] == 0 or not (mesh.fixed[a] and mesh.fixed[b]):
+        return False
+    key = min(a, b) * mesh.points.shape[0] + max(a, b)
+    low = 0
+    high = mesh.required.shape[0]
+    while low < high:
+        middle = (low + high) // 2
+        if mesh.required[middle] < key:
+            low = middle + 1
+        else:
+            high = middle
+    return low < mesh.required.shape[0] and mesh.required[low] == key
+
+
+@kernel
+def gather_shell(mesh, cell, a, b, c, d, scratch):
+    """Collect the tets around an edge, turning about it from its tet (a, b, c, d).
+
+    Writes the tets to `scratch.shell` and to `scratch.ring` the vertices around the edge;
+    tet i is (a, b, ring[i], ring[i + 1]).
+
+    Returns
+    -------
+    n : int
+        Number of tets of a closed shell; 0 when the shell is open (the edge lies on the
+        boundary or an interface); -1 when it does not fit; -2 when another of its tets is
+        worse than the first (or as bad, with a lower number), from which the shell is
+        better looked at.
+    """
+    first = cell
+    n = 0
+    while True:
+        if n == MAX_SHELL:
+            return -1
+        if n > 0 and (
+            mesh.quality[cell] < mesh.quality[first]
+            or (mesh.quality[cell] == mesh.quality[first] and cell < first)
+        ):
+            return -2
+        scratch.shell[n] = cell
+        scratch.ring[n] = c
+        n += 1
+        beyond = mesh.neighbours[cell, local_index(mesh.cells, cell, c)]
+        if beyond < 0:
+            return 0
+        cell = beyond >> 2
+        if cell == first:
+            return n
+        c = d
+        d = mesh.cells[cell, beyond & 3]

@@ -1,0 +1,221 @@
+"""Swaps of tetrahedra (18.4.2): a face for an edge, and an edge for the best triangulation.
+
+The edge swap goes over all triangulations of the polygon around the edge (18.27) by the
+dynamic programme of Klincsek (1980), which finds the same optimum in O(n^3).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ._jit import entry, kernel
+from .accept import is_accepted, threshold
+from .cavity import has_room, replace_tets
+from .geometry import at
+from .measures import tet_quality
+from .shell import gather_shell, is_required
+from .tables import TET_EDGES, TET_FACETS
+from .types import APPLIED, FIXED, FULL, INVALID, NOT_BETTER, TOO_LARGE
+
+
+class SwapPlan(NamedTuple):
+    """A simulated swap. The old tets are in `scratch.shell`, the new in `scratch.created`."""
+
+    verdict: int
+    n_old: int
+    n_new: int
+    worst: float  # q of the worst new tet
+
+
+@kernel
+def put(created, i, a, b, c, d):
+    created[i, 0] = a
+    created[i, 1] = b
+    created[i, 2] = c
+    created[i, 3] = d
+
+
+@kernel
+def simulate_face_swap(mesh, handle, rule, floor, scratch):
+    """Replace the two tets at a face by three around the edge that joins their apexes."""
+    cell = handle >> 2
+    local = handle & 3
+    beyond = mesh.neighbours[cell, local]
+    if beyond < 0:
+        return SwapPlan(FIXED, 0, 0, 0.0)
+    other = beyond >> 2
+    before = min(mesh.quality[cell], mesh.quality[other])
+    stop = threshold(rule, floor, before)
+    a = mesh.cells[cell, TET_FACETS[local, 0]]
+    b = mesh.cells[cell, TET_FACETS[local, 1]]
+    c = mesh.cells[cell, TET_FACETS[local, 2]]
+    d = mesh.cells[cell, local]
+    e = mesh.cells[other, beyond & 3]
+    pa = at(mesh.points, a)
+    pb = at(mesh.points, b)
+    pc = at(mesh.points, c)
+    pd = at(mesh.points, d)
+    pe = at(mesh.points, e)
+    worst = tet_quality(mesh.measure, pe, pa, pb, pd)
+    if worst > stop:
+        worst = min(worst, tet_quality(mesh.measure, pe, pb, pc, pd))
+    if worst > stop:
+        worst = min(worst, tet_quality(mesh.measure, pe, pc, pa, pd))
+    if worst <= 0.0:
+        return SwapPlan(INVALID, 2, 3, worst)
+    if not is_accepted(rule, floor, before, worst):
+        return SwapPlan(NOT_BETTER, 2, 3, worst)
+    if not has_room(mesh, 1):
+        return SwapPlan(FULL, 2, 3, worst)
+    scratch.shell[0] = cell
+    scratch.shell[1] = other
+    put(scratch.created, 0, e, a, b, d)
+    put(scratch.created, 1, e, b, c, d)
+    put(scratch.created, 2, e, c, a, d)
+    return SwapPlan(APPLIED, 2, 3, worst)
+
+
+@kernel
+def triangulate_ring(mesh, a, b, n, stop, scratch):
+    """Best triangulation of the polygon `scratch.ring` joined with both ends of an edge.
+
+    `scratch.table[i, j]` becomes the worst q over the part of the polygon from i to j, and
+    `scratch.split[i, j]` the vertex of its triangle at the side i j. Parts that cannot be
+    better than `stop` count as that bad.
+
+    Returns
+    -------
+    worst : float
+        The worst q of the best triangulation, or at most `stop`.
+    """
+    ring = scratch.ring
+    table = scratch.table
+    split = scratch.split
+    pa = at(mesh.points, a)
+    pb = at(mesh.points, b)
+    for i in range(n - 1):
+        table[i, i + 1] = 2.0
+    for width in range(2, n):
+        for i in range(n - width):
+            j = i + width
+            pi = at(mesh.points, ring[i])
+            pj = at(mesh.points, ring[j])
+            best = stop
+            best_k = -1
+            for k in range(i + 1, j):
+                worst = min(table[i, k], table[k, j])
+                if worst <= best:
+                    continue
+                pk = at(mesh.points, ring[k])
+                worst = min(worst, tet_quality(mesh.measure, pi, pk, pj, pb))
+                if worst <= best:
+                    continue
+                worst = min(worst, tet_quality(mesh.measure, pi, pj, pk, pa))
+                if worst > best:
+                    best = worst
+                    best_k = k
+            table[i, j] = best
+            split[i, j] = best_k
+    return table[0, n - 1]
+
+
+@kernel
+def collect_ring(a, b, n, scratch):
+    """Write the tets of the best triangulation to `scratch.created`; returns how many."""
+    ring = scratch.ring
+    # Parts still to be taken apart wait in the lower triangle of `split`, which is free.
+    stack = scratch.facets
+    stack[0, 0] = 0
+    stack[0, 1] = n - 1
+    waiting = 1
+    n_new = 0
+    while waiting > 0:
+        waiting -= 1
+        i = stack[waiting, 0]
+        j = stack[waiting, 1]
+        if j - i < 2:
+            continue
+        k = scratch.split[i, j]
+        put(scratch.created, n_new, ring[i], ring[k], ring[j], b)
+        put(scratch.created, n_new + 1, ring[i], ring[j], ring[k], a)
+        n_new += 2
+        stack[waiting, 0] = i
+        stack[waiting, 1] = k
+        stack[waiting + 1, 0] = k
+        stack[waiting + 1, 1] = j
+        waiting += 2
+    return n_new
+
+
+@kernel
+def simulate_edge_swap(mesh, handle, rule, floor, scratch):
+    """Remove an edge: replace its closed shell by the best triangulation of its polygon.
+
+    Parameters
+    ----------
+    handle : int
+        `8 * tet + edge`, the tet being the worst of the shell.
+    """
+    cell = handle >> 3
+    edge = handle & 7
+    a = mesh.cells[cell, TET_EDGES[edge, 0]]
+    b = mesh.cells[cell, TET_EDGES[edge, 1]]
+    c = mesh.cells[cell, TET_EDGES[edge, 2]]
+    d = mesh.cells[cell, TET_EDGES[edge, 3]]
+    n = gather_shell(mesh, cell, a, b, c, d, scratch)
+    if n == -1:
+        return SwapPlan(TOO_LARGE, 0, 0, 0.0)
+    if n == -2:
+        return SwapPlan(-1, 0, 0, 0.0)
+    if n < 3 or is_required(mesh, a, b):
+        return SwapPlan(FIXED, 0, 0, 0.0)
+    before = mesh.quality[cell]
+    stop = threshold(rule, floor, before)
+    worst = triangulate_ring(mesh, a, b, n, stop, scratch)
+    if worst <= 0.0:
+        return SwapPlan(INVALID, n, 0, worst)
+    if worst <= stop or not is_accepted(rule, floor, before, worst):
+        return SwapPlan(NOT_BETTER, n, 0, worst)
+    if not has_room(mesh, n - 4):
+        return SwapPlan(FULL, n, 0, worst)
+    return SwapPlan(APPLIED, n, collect_ring(a, b, n, scratch), worst)
+
+
+@kernel
+def apply_swap(mesh, plan, scratch):
+    """Carry out a simulated face or edge swap."""
+    replace_tets(mesh, scratch.shell, plan.n_old, plan.n_new, scratch)
+
+
+@entry
+def sweep_swap(mesh, order, rule, floor, scratch, counts):
+    """Try, for each tet in turn, its six edges, then its four faces.
+
+    Parameters
+    ----------
+    order : (n,) int64
+        Tets to visit; those that died meanwhile are passed over.
+    counts : (N_VERDICTS,) int64
+        Raised by one for each attempt, at its verdict.
+    """
+    for i in range(order.shape[0]):
+        cell = order[i]
+        if not mesh.alive[cell]:
+            continue
+        swapped = False
+        for edge in range(6):
+            plan = simulate_edge_swap(mesh, 8 * cell + edge, rule, floor, scratch)
+            if plan.verdict >= 0:
+                counts[plan.verdict] += 1
+            if plan.verdict == APPLIED:
+                apply_swap(mesh, plan, scratch)
+                swapped = True
+                break
+        if swapped:
+            continue
+        for local in range(4):
+            plan = simulate_face_swap(mesh, 4 * cell + local, rule, floor, scratch)
+            counts[plan.verdict] += 1
+            if plan.verdict == APPLIED:
+                apply_swap(mesh, plan, scratch)
+                break

@@ -1,0 +1,82 @@
+"""What kernels share: the mesh as arrays, working space, verdicts."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+
+MAX_BALL = 512  # cells around a vertex
+MAX_SHELL = 24  # cells around an edge
+
+
+class Verdict(IntEnum):
+    """What became of one attempt to apply an operator."""
+
+    APPLIED = 0
+    NOT_BETTER = 1  # valid, and refused by the acceptance rule
+    INVALID = 2  # some cell would be flat or inverted
+    FIXED = 3  # the entity is on the boundary, an interface, or required
+    TOO_LARGE = 4  # the ball or shell does not fit the working space
+    TOO_LONG = 5  # an edge would grow beyond the limit
+    NOT_LEGAL = 6  # the result would not be a conforming mesh
+    FULL = 7  # no room for more cells: the arrays must grow first
+
+
+N_VERDICTS = len(Verdict)
+APPLIED = int(Verdict.APPLIED)
+NOT_BETTER = int(Verdict.NOT_BETTER)
+INVALID = int(Verdict.INVALID)
+FIXED = int(Verdict.FIXED)
+TOO_LARGE = int(Verdict.TOO_LARGE)
+TOO_LONG = int(Verdict.TOO_LONG)
+NOT_LEGAL = int(Verdict.NOT_LEGAL)
+FULL = int(Verdict.FULL)
+
+# Places in SimplexMesh.state.
+N_CELLS = 0  # cells in use, dead ones included: rows [0, n) of the cell arrays
+N_FREE = 1  # dead cells on the stack `free`
+CLOCK = 2  # number of the current sweep
+
+
+class SimplexMesh(NamedTuple):
+    """A mesh of triangles (d = 2, with z = 0) or tetrahedra (d = 3) as the kernels see it.
+
+    Boundary facets and the facets between two regions have no neighbour (-1): an
+    interface is a boundary of the cells on either side.
+    """
+
+    points: np.ndarray  # (np, 3) float64
+    cells: np.ndarray  # (capacity, d + 1) int64, positive order
+    neighbours: np.ndarray  # (capacity, d + 1) int64: handle of the facet beyond, or -1
+    vertex_cell: np.ndarray  # (np,) int64: a cell of the ball of each vertex, -1 when it has none
+    quality: np.ndarray  # (capacity,) float64: q = 1/Q in (-inf, 1]
+    region: np.ndarray  # (capacity,) int64
+    alive: np.ndarray  # (capacity,) bool
+    fixed: np.ndarray  # (np,) bool: vertices that neither move nor vanish
+    required: np.ndarray  # (k,) int64: sorted keys `a * np + b`, a < b, of internal edges to keep
+    cell_clock: np.ndarray  # (capacity,) int64: sweep of the last change of the cell
+    vertex_clock: np.ndarray  # (np,) int64: sweep of the last change in the ball
+    free: np.ndarray  # (capacity,) int64: stack of dead cells
+    state: np.ndarray  # (3,) int64: N_CELLS, N_FREE, CLOCK
+    measure: int  # code of the quality measure
+    single: bool  # points are stored in single precision
+
+
+class Scratch(NamedTuple):
+    """Working space of the operators; its contents mean nothing between two calls."""
+
+    ball: np.ndarray  # (MAX_BALL,) int64 handles of the cells around a vertex
+    other: np.ndarray  # (MAX_BALL,) int64 the same around a second vertex
+    shell: np.ndarray  # (MAX_SHELL,) int64 cells around an edge
+    ring: np.ndarray  # (MAX_SHELL,) int64 vertices around an edge
+    table: np.ndarray  # (MAX_SHELL, MAX_SHELL) float64 worst quality of a part of the polygon
+    split: np.ndarray  # (MAX_SHELL, MAX_SHELL) int64 the vertex that part is split at
+    created: np.ndarray  # (2 * MAX_SHELL, 4) int64 vertices of new cells
+    facets: np.ndarray  # (8 * MAX_SHELL, 4) int64 facets waiting for their other side
+    values: np.ndarray  # (MAX_BALL,) float64
+    gradients: np.ndarray  # (MAX_BALL, 3) float64
+    cell_mark: np.ndarray  # (capacity,) int64
+    vertex_mark: np.ndarray  # (np,) int64
+    stamp: np.ndarray  # (1,) int64: marks equal to it are set

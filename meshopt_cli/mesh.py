@@ -1,0 +1,354 @@
+"""What a file holds (`Mesh`) and the part of it that is optimized (`Simplices`).
+
+A `Mesh` keeps everything a file said, in the file's own order and precision.
+`cast` takes from it the arrays the kernels work on; `with_simplices` puts the
+worked arrays back among all the rest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from .errors import BadMeshError, UnsupportedMeshError
+
+Array = np.ndarray
+
+# Cell types by what they are to this tool.
+LOWER = {"vertex": 0, "line": 1}
+SIMPLICES = {"triangle": 2, "tetra": 3}
+DIMENSION = {
+    **LOWER,
+    **SIMPLICES,
+    "quad": 2,
+    "pyramid": 3,
+    "wedge": 3,
+    "hexahedron": 3,
+}
+
+# Integer arrays that tell cells of one region from those of another, whatever their values.
+TAG_NAMES = ("gmsh:physical", "gmsh:geometrical", "medit:ref")
+# Any other integer array does so when it has few values: otherwise it numbers the cells.
+MAX_LABELS = 64
+
+# A mesh is planar when no vertex is farther from its plane than this part of its extent.
+PLANARITY = {np.dtype(np.float64): 1e-6, np.dtype(np.float32): 1e-5}
+
+
+@dataclass
+class Block:
+    """Cells of one type that stand together in a file.
+
+    Attributes
+    ----------
+    type : str
+        Name of the cell type as meshio spells it: "triangle", "tetra", ...
+    cells : (n, k) int64
+        Vertices of each cell, counted from 0. Not checked against the points.
+    data : dict of str to (n, ...) array
+        Arrays with one row a cell, by the name the file gives them.
+    entities : (m,) int array, optional
+        Tags of the entities that bound this one (Gmsh 4.1).
+    """
+
+    type: str
+    cells: Array
+    data: dict[str, Array] = field(default_factory=dict)
+    entities: Array | None = None
+
+
+@dataclass
+class Mesh:
+    """All that a mesh file holds.
+
+    Attributes
+    ----------
+    points : (np, 2) or (np, 3) float32 or float64
+    blocks : list of Block
+    point_data : dict of str to (np, ...) array
+    names : dict of str to (tag, dimension)
+        Physical groups by name.
+    """
+
+    points: Array
+    blocks: list[Block]
+    point_data: dict[str, Array] = field(default_factory=dict)
+    names: dict[str, tuple[int, int]] = field(default_factory=dict)
+
+    def dimension(self) -> int:
+        """Greatest dimension of the cells, second-order ones included; -1 without cells."""
+        return max((dimension_of(b.type) for b in self.blocks if len(b.cells)), default=-1)
+
+
+@dataclass
+class Simplices:
+    """The triangles or tetrahedra of a mesh, ready to be worked on.
+
+    Attributes
+    ----------
+    points : (np, 3) float64
+        All points of the file, the unused ones too; in the plane of the mesh, with z = 0,
+        when the cells are triangles.
+    cells : (ne, d + 1) int64
+        Cells of positive order.
+    region : (ne,) int64
+        Region of each cell: a distinct combination of its integer tags.
+    fixed : (np,) bool
+        Vertices that the file declares.
+    facets : (nf, d) int64
+        Facets that the file declares: triangles in 3-D, lines in the plane.
+    edges : (n, 2) int64
+        Edges that the file declares in 3-D.
+    frame : Frame or None
+        Where the plane of a planar mesh lies in space.
+    single : bool
+        Whether the file stores coordinates in single precision.
+    turned : bool
+        Whether all cells of the file had the other orientation.
+    """
+
+    points: Array
+    cells: Array
+    region: Array
+    fixed: Array
+    facets: Array
+    edges: Array
+    frame: Frame | None
+    single: bool
+    turned: bool
+
+    @property
+    def dimension(self) -> int:
+        return self.cells.shape[1] - 1
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A plane of space: an origin and the rows u, v, n of a right-handed orthonormal frame."""
+
+    origin: Array
+    axes: Array
+
+    def flatten(self, points: Array) -> Array:
+        """Coordinates in the plane, (np, 3) with z = 0."""
+        flat = (points - self.origin) @ self.axes.T
+        flat[:, 2] = 0.0
+        return flat
+
+    def unflatten(self, points: Array, flat: Array) -> Array:
+        """Bring plane coordinates back to space, keeping the height `points` have over it."""
+        height = (points - self.origin) @ self.axes[2]
+        return self.origin + flat[:, :2] @ self.axes[:2] + np.outer(height, self.axes[2])
+
+
+def dimension_of(cell_type: str) -> int:
+    """Dimension of a cell type of any order, from its name."""
+    stem = cell_type.rstrip("0123456789")
+    return DIMENSION.get(stem, 3)
+
+
+def with_depth(points: Array) -> Array:
+    """The points as (np, 3) float64, z = 0 where the file has two columns."""
+    result = np.zeros((len(points), 3))
+    result[:, : points.shape[1]] = points
+    return result
+
+
+def plane_of(points: Array, triangles: Array, tolerance: float) -> Frame | None:
+    """The plane that all triangles lie in, or None.
+
+    The normal points to the side from which most of the area turns counter-clockwise. In a
+    plane normal to an axis the frame only exchanges coordinates, so that they keep every bit.
+
+    Parameters
+    ----------
+    points : (np, 3) float64
+    triangles : (n, 3) int64
+    tolerance : float
+        Greatest distance from the plane, relative to the extent of the mesh.
+    """
+    corners = points[triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    used = points[np.unique(triangles)]
+    extent = float(np.max(np.ptp(used, axis=0)))
+    # Triangles may turn either way: line the normals up before adding them.
+    largest = normals[np.argmax(np.einsum("ij,ij->i", normals, normals))]
+    sides = normals @ largest
+    normal = np.sum(normals * np.where(sides < 0, -1.0, 1.0)[:, None], axis=0)
+    length = float(np.linalg.norm(normal))
+    if length == 0.0 or not np.isfinite(length):
+        return None
+    normal /= length
+    if np.sum(normals @ normal) < 0:
+        normal = -normal
+    axis = int(np.argmax(np.abs(normal)))
+    if np.ptp(used[:, axis]) <= tolerance * extent and abs(normal[axis]) > 1 - 1e-9:
+        sign = 1.0 if normal[axis] > 0 else -1.0
+        u, v = np.eye(3)[(axis + 1) % 3], sign * np.eye(3)[(axis + 2) % 3]
+        return Frame(np.zeros(3), np.stack([u, v, sign * np.eye(3)[axis]]))
+    origin = used.mean(axis=0)
+    if np.max(np.abs((used - origin) @ normal)) > tolerance * extent:
+        return None
+    u = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+    u /= np.linalg.norm(u)
+    return Frame(origin, np.stack([u, np.cross(normal, u), normal]))
+
+
+def main_type(mesh: Mesh) -> str:
+    """The type of the cells to optimize, "triangle" or "tetra".
+
+    Raises
+    ------
+    BadMeshError
+        The mesh has no cells of dimension 2 or 3.
+    UnsupportedMeshError
+        It has cells that are neither, of the greatest dimension or besides it.
+    """
+    dimension = mesh.dimension()
+    if dimension < 2:
+        what = {-1: "no cells", 0: "points only", 1: "lines only"}[dimension]
+        raise BadMeshError(f"{what}: a mesh of triangles or tetrahedra is needed")
+    wanted = "triangle" if dimension == 2 else "tetra"
+    others = {b.type for b in mesh.blocks if len(b.cells)} - {wanted, "triangle", *LOWER}
+    if others:
+        raise UnsupportedMeshError(
+            f"cells of type {', '.join(sorted(others))} cannot be optimized: "
+            "only linear triangles in a plane and linear tetrahedra can"
+        )
+    return wanted
+
+
+def is_tag(name: str, arrays: list[Array]) -> bool:
+    """Whether an array over the cells tells regions apart."""
+    if any(a.dtype.kind not in "iu" or a.ndim != 1 for a in arrays):
+        return False
+    return name in TAG_NAMES or len(np.unique(np.concatenate(arrays))) <= MAX_LABELS
+
+
+def tags_of(blocks: list[Block]) -> dict[str, Array]:
+    """The integer tags of the cells of some blocks, each (ne,), by name."""
+    names = [n for n in blocks[0].data if all(n in b.data for b in blocks)]
+    arrays = {n: [b.data[n] for b in blocks] for n in names}
+    return {n: np.concatenate(a) for n, a in arrays.items() if is_tag(n, a)}
+
+
+def regions_of(blocks: list[Block]) -> Array:
+    """Region of each cell, (ne,) int64: a combination of tags, numbered from 0 in order.
+
+    Blocks whose cells have the same tags make one region: a file may cut one region into
+    several blocks.
+    """
+    tags = tags_of(blocks)
+    n_cells = sum(len(b.cells) for b in blocks)
+    if not tags:
+        return np.zeros(n_cells, dtype=np.int64)
+    rows = np.stack([tags[n].astype(np.int64) for n in tags], axis=1)
+    _, region = np.unique(rows, axis=0, return_inverse=True)
+    return region.reshape(-1).astype(np.int64)
+
+
+def main_blocks(mesh: Mesh, cell_type: str) -> list[Block]:
+    return [b for b in mesh.blocks if b.type == cell_type and len(b.cells)]
+
+
+def declared(mesh: Mesh, cell_type: str) -> Array:
+    """Cells of one type over all blocks, (n, k) int64."""
+    width = {"vertex": 1, "line": 2, "triangle": 3}[cell_type]
+    found = [b.cells for b in mesh.blocks if b.type == cell_type]
+    return np.concatenate(found) if found else np.empty((0, width), np.int64)
+
+
+def cast(mesh: Mesh) -> Simplices:
+    """Take from a mesh what the kernels work on.
+
+    The mesh must be valid (`validity.check`) up to its orientation.
+
+    Raises
+    ------
+    BadMeshError, UnsupportedMeshError
+        See `main_type`; also for triangles that do not lie in a plane.
+    """
+    cell_type = main_type(mesh)
+    blocks = main_blocks(mesh, cell_type)
+    cells = np.ascontiguousarray(np.concatenate([b.cells for b in blocks]), dtype=np.int64)
+    points = with_depth(mesh.points)
+    frame = None
+    turned = False
+    if cell_type == "triangle":
+        frame = plane_of(points, cells, PLANARITY[mesh.points.dtype])
+        if frame is None:
+            raise UnsupportedMeshError(
+                "the triangles do not lie in one plane: surfaces in space cannot be optimized"
+            )
+        points = frame.flatten(points)
+        facets, edges = declared(mesh, "line"), np.empty((0, 2), np.int64)
+    else:
+        facets, edges = declared(mesh, "triangle"), declared(mesh, "line")
+        corners = points[cells[:1]]
+        if np.linalg.det(corners[0, 1:] - corners[0, 0]) < 0:
+            cells = np.ascontiguousarray(cells[:, [0, 1, 3, 2]])
+            turned = True
+    fixed = np.zeros(len(points), dtype=bool)
+    vertices = np.unique(declared(mesh, "vertex"))
+    # A file that declares every vertex (as Mmg writes them) says nothing by it.
+    if len(vertices) < len(np.unique(cells)):
+        fixed[vertices] = True
+    single = mesh.points.dtype == np.float32
+    return Simplices(points, cells, regions_of(blocks), fixed, facets, edges, frame, single, turned)
+
+
+def with_simplices(mesh: Mesh, worked: Simplices, origin: Array, before: Simplices) -> Mesh:
+    """Put worked cells in the place of those of a mesh, and keep all the rest.
+
+    Parameters
+    ----------
+    worked : Simplices
+        Points and cells after the work; regions are numbered as in `before`.
+    origin : (np',) int64
+        The point of `mesh` that each point of `worked` was.
+    before : Simplices
+        What `cast` gave for `mesh`.
+    """
+    cell_type = main_type(mesh)
+    new_number = np.full(len(mesh.points), -1, dtype=np.int64)
+    new_number[origin] = np.arange(len(origin))
+    points = mesh.points[origin].copy()
+    moved = np.any(worked.points != before.points[origin], axis=1)
+    if worked.frame is not None:
+        space = worked.frame.unflatten(with_depth(points[moved]), worked.points[moved])
+    else:
+        space = worked.points[moved]
+    points[moved] = space[:, : points.shape[1]].astype(points.dtype)
+
+    old_blocks = main_blocks(mesh, cell_type)
+    first_of_region, home = _homes(old_blocks, before.region)
+    place = home[worked.region]
+    blocks = []
+    main = 0
+    for block in mesh.blocks:
+        if block.type != cell_type or not len(block.cells):
+            cells = new_number[block.cells]
+            kept = np.all(cells >= 0, axis=1)
+            data = {n: a[kept] for n, a in block.data.items()}
+            blocks.append(replace(block, cells=cells[kept], data=data))
+            continue
+        rows = np.flatnonzero(place == main)
+        rows = rows[np.argsort(worked.region[rows], kind="stable")]
+        tags = {
+            name: values[first_of_region[worked.region[rows]]].astype(values.dtype)
+            for name, values in tags_of(old_blocks).items()
+        }
+        if len(rows):
+            cells = worked.cells[rows]
+            blocks.append(replace(block, cells=cells, data=tags))
+        main += 1
+    point_data = {n: a[origin] for n, a in mesh.point_data.items()}
+    return replace(mesh, points=points, blocks=blocks, point_data=point_data)
+
+
+def _homes(blocks: list[Block], region: Array) -> tuple[Array, Array]:
+    """The first cell of each region, and the number of the block that cell stands in."""
+    _, first = np.unique(region, return_index=True)
+    ends = np.cumsum([len(b.cells) for b in blocks])
+    return first, np.searchsorted(ends, first, side="right")

@@ -1,0 +1,220 @@
+"""A mesh in the form the kernels work on, with its clock and its working space."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from . import adjacency
+from .kernels.ball import vertex_quality
+from .kernels.measures import measure_cells
+from .kernels.types import CLOCK, MAX_BALL, MAX_SHELL, N_CELLS, N_FREE, Scratch, SimplexMesh
+from .mesh import Simplices
+
+Array = np.ndarray
+
+# Swaps of tets may raise the number of cells: this much room is made, and more when it is full.
+ROOM = 1.15
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How good a mesh is: the worst q decides, then the mean Q."""
+
+    worst: float
+    mean: float
+
+    def is_better_than(self, other: Standing) -> bool:
+        """Whether this is a real gain, rounding noise left aside."""
+        if abs(self.worst - other.worst) > 1e-9:
+            return self.worst > other.worst
+        return self.mean < other.mean - 1e-9
+
+
+class Workspace:
+    """The working state of an optimization.
+
+    Attributes
+    ----------
+    mesh : SimplexMesh
+        Arrays of the kernels. They may be replaced by larger ones: ask for them anew.
+    scratch : Scratch
+    """
+
+    def __init__(self, source: Simplices, measure: int) -> None:
+        self._source = source
+        n_points = len(source.points)
+        n_cells, width = source.cells.shape
+        capacity = int(ROOM * n_cells) + 64 if width == 4 else n_cells
+        beyond = adjacency.neighbours(source.cells, source.region, n_points, source.facets)
+        used = np.unique(source.cells)
+        fixed = source.fixed.copy()
+        fixed[adjacency.boundary_facets(source.cells, beyond).ravel()] = True
+        required = np.empty(0, np.int64)
+        if len(source.edges):
+            fixed[source.edges.ravel()] = True
+            required = np.unique(adjacency.row_keys(source.edges, n_points))
+        vertex_cell = np.full(n_points, -1, dtype=np.int64)
+        # Written from the last cell to the first: the first cell of each ball stays.
+        vertex_cell[source.cells[::-1].ravel()] = np.repeat(np.arange(n_cells)[::-1], width)
+        vertex_clock = np.zeros(n_points, dtype=np.int64)
+        vertex_clock[used] = 1
+        quality = np.zeros(capacity)
+        measure_cells(measure, source.points, source.cells, quality[:n_cells])
+        self.mesh = SimplexMesh(
+            points=source.points.copy(),
+            cells=_extended(source.cells, capacity, 0),
+            neighbours=_extended(beyond, capacity, -1),
+            vertex_cell=vertex_cell,
+            quality=quality,
+            region=_extended(source.region, capacity, 0),
+            alive=_extended(np.ones(n_cells, dtype=bool), capacity, False),
+            fixed=fixed,
+            required=required,
+            cell_clock=_extended(np.ones(n_cells, dtype=np.int64), capacity, 0),
+            vertex_clock=vertex_clock,
+            free=np.zeros(capacity, dtype=np.int64),
+            state=np.array([n_cells, 0, 1], dtype=np.int64),
+            measure=measure,
+            single=source.single,
+        )
+        self.scratch = _new_scratch(capacity, n_points)
+
+    # What is there -------------------------------------------------------------------
+
+    @property
+    def dimension(self) -> int:
+        return self.mesh.cells.shape[1] - 1
+
+    @property
+    def n_cells(self) -> int:
+        """Number of living cells."""
+        return int(self.mesh.state[N_CELLS] - self.mesh.state[N_FREE])
+
+    def living(self) -> Array:
+        """Rows of the living cells, ascending."""
+        return np.flatnonzero(self.mesh.alive[: self.mesh.state[N_CELLS]])
+
+    def standing(self) -> Standing:
+        q = self.mesh.quality[self.living()]
+        worst = float(q.min())
+        mean = float(np.mean(1.0 / q)) if worst > 0.0 else float("inf")
+        return Standing(worst, mean)
+
+    # What to visit -------------------------------------------------------------------
+
+    def next_sweep(self) -> int:
+        """Start a sweep; returns the clock of the one before, for `changed_*`."""
+        since = int(self.mesh.state[CLOCK])
+        self.mesh.state[CLOCK] += 1
+        return since
+
+    def changed_vertices(self, since: int, below: float) -> tuple[Array, Array]:
+        """Vertices free to move whose ball changed after sweep `since` and is worse than `below`.
+
+        Returns
+        -------
+        vertices : (n,) int64
+        worst : (n,) float64
+            Worst q of the ball of each.
+        """
+        worst = np.empty(len(self.mesh.points))
+        vertex_quality(self.mesh, worst)
+        wanted = (self.mesh.vertex_clock > since) & ~self.mesh.fixed & (worst < below)
+        vertices = np.flatnonzero(wanted)
+        return vertices, worst[vertices]
+
+    def changed_cells(self, since: int, below: float) -> tuple[Array, Array]:
+        """Cells worse than `below` with an edge around which anything changed after `since`.
+
+        Returns
+        -------
+        cells : (n,) int64
+        quality : (n,) float64
+        """
+        n = int(self.mesh.state[N_CELLS])
+        rows = np.flatnonzero(self.mesh.alive[:n] & (self.mesh.quality[:n] < below))
+        changed = self.mesh.vertex_clock > since
+        rows = rows[np.count_nonzero(changed[self.mesh.cells[rows]], axis=1) >= 2]
+        return rows, self.mesh.quality[rows]
+
+    # Keeping and growing -------------------------------------------------------------
+
+    def copy(self) -> Workspace:
+        """An independent copy, with working space of its own."""
+        twin = object.__new__(Workspace)
+        twin._source = self._source
+        arrays = {k: v.copy() for k, v in self.mesh._asdict().items() if isinstance(v, np.ndarray)}
+        twin.mesh = self.mesh._replace(**arrays)
+        twin.scratch = _new_scratch(len(self.mesh.cells), len(self.mesh.points))
+        return twin
+
+    def grow(self) -> None:
+        """Make room for more cells."""
+        capacity = int(ROOM * len(self.mesh.cells)) + 64
+        per_cell = ("cells", "neighbours", "quality", "region", "alive", "cell_clock", "free")
+        larger = {name: _extended(getattr(self.mesh, name), capacity, 0) for name in per_cell}
+        self.mesh = self.mesh._replace(**larger)
+        self.scratch = _new_scratch(capacity, len(self.mesh.points))
+
+    def result(self) -> tuple[Simplices, Array]:
+        """The mesh as it is now, without the vertices that vanished.
+
+        Returns
+        -------
+        simplices : Simplices
+        origin : (np',) int64
+            The point of the input that each point was. Points that no cell used stay.
+        """
+        rows = self.living()
+        # Cells in order of region, then of their first vertex: stable, and near in memory.
+        cells = self.mesh.cells[rows]
+        region = self.mesh.region[rows]
+        order = np.lexsort((cells.min(axis=1), region))
+        cells, region = cells[order], region[order]
+        unused = np.ones(len(self.mesh.points), dtype=bool)
+        unused[self._source.cells.ravel()] = False
+        kept = unused | (self.mesh.vertex_cell >= 0)
+        origin = np.flatnonzero(kept)
+        number = np.cumsum(kept) - 1
+        worked = replace(
+            self._source,
+            points=self.mesh.points[origin],
+            cells=number[cells],
+            region=region,
+            fixed=self._source.fixed[origin],
+            facets=number[self._source.facets],
+            edges=number[self._source.edges],
+        )
+        return worked, origin
+
+    def chunks(self, order: Array, size: int = 20_000) -> Iterator[Array]:
+        """The order in pieces, between which progress is shown and interrupts act."""
+        for start in range(0, len(order), size):
+            yield order[start : start + size]
+
+
+def _extended(array: Array, capacity: int, fill: float) -> Array:
+    result = np.full((capacity, *array.shape[1:]), fill, dtype=array.dtype)
+    result[: len(array)] = array
+    return result
+
+
+def _new_scratch(capacity: int, n_points: int) -> Scratch:
+    return Scratch(
+        ball=np.zeros(MAX_BALL, dtype=np.int64),
+        other=np.zeros(MAX_BALL, dtype=np.int64),
+        shell=np.zeros(MAX_SHELL, dtype=np.int64),
+        ring=np.zeros(MAX_SHELL, dtype=np.int64),
+        table=np.zeros((MAX_SHELL, MAX_SHELL)),
+        split=np.zeros((MAX_SHELL, MAX_SHELL), dtype=np.int64),
+        created=np.zeros((2 * MAX_SHELL, 4), dtype=np.int64),
+        facets=np.zeros((8 * MAX_SHELL, 4), dtype=np.int64),
+        values=np.zeros(MAX_BALL),
+        gradients=np.zeros((MAX_BALL, 3)),
+        cell_mark=np.zeros(capacity, dtype=np.int64),
+        vertex_mark=np.zeros(n_points, dtype=np.int64),
+        stamp=np.zeros(1, dtype=np.int64),
+    )

@@ -1,0 +1,575 @@
+"""Make the sample meshes beside this file: ``python make_samples.py [FOLDER]``.
+
+Needs numpy, meshio and scipy (the extra ``samples``). Seeds are fixed, so running it twice gives
+the same bytes. Quality is the aspect ratio (18.6) / (18.7) of Frey & George, 1 when regular.
+"""
+
+import contextlib
+import io
+import itertools
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import Delaunay
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+DECIMALS = 6  # coordinates are rounded before any test, so a file holds what was tested
+ALPHA = {3: np.sqrt(3) / 6, 4: np.sqrt(6) / 36}
+
+
+# --- measures and connectivity ------------------------------------------------------------------
+
+
+def measure(points: Floats, cells: Ints) -> Floats:
+    """Signed areas of triangles (seen from above z = 0), or signed volumes of tetrahedra."""
+    edges = points[cells[:, 1:]] - points[cells[:, :1]]
+    normal = np.cross(edges[:, 0], edges[:, 1])
+    if cells.shape[1] == 3:
+        return normal[:, 2] / 2
+    return np.einsum("ij,ij->i", normal, edges[:, 2]) / 6
+
+
+def face_areas(points: Floats, faces: Ints) -> Floats:
+    """Areas of triangles in space."""
+    a, b, c = (points[faces[:, k]] for k in range(3))
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+
+
+def aspect_ratio(points: Floats, cells: Ints) -> Floats:
+    """Aspect ratio of each cell; infinite when the cell is flat or inverted."""
+    corners = range(cells.shape[1])
+    lengths = [
+        np.linalg.norm(points[cells[:, i]] - points[cells[:, j]], axis=1)
+        for i, j in itertools.combinations(corners, 2)
+    ]
+    if len(corners) == 3:
+        rim = np.sum(lengths, axis=0) / 2
+    else:
+        faces = itertools.combinations(corners, 3)
+        rim = np.sum([face_areas(points, cells[:, face]) for face in faces], axis=0)
+    size = measure(points, cells)
+    with np.errstate(divide="ignore"):
+        ratio = ALPHA[len(corners)] * np.max(lengths, axis=0) * rim / size
+    return np.where(size > 0, ratio, np.inf)
+
+
+def directed_facets(cells: Ints) -> Ints:
+    """Edges of triangles or faces of tetrahedra, each turned as its cell is.
+
+    Positive triangles give counter-clockwise edges, positive tetrahedra outward faces.
+    """
+    local = {3: [[0, 1], [1, 2], [2, 0]], 4: [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]}
+    return np.concatenate([cells[:, facet] for facet in local[cells.shape[1]]])
+
+
+def boundary_facets(cells: Ints) -> Ints:
+    """Directed facets that belong to one cell only."""
+    facets = directed_facets(cells)
+    _, inverse, counts = np.unique(
+        np.sort(facets, axis=1), axis=0, return_inverse=True, return_counts=True
+    )
+    return facets[counts[inverse.ravel()] == 1]
+
+
+def oriented(points: Floats, cells: Ints) -> Ints:
+    """The cells, all turned positive, sorted by their vertices."""
+    cells = np.sort(cells, axis=1)
+    negative = measure(points, cells) < 0
+    cells[negative, -2:] = cells[negative, :-3:-1]
+    return cells[np.lexsort(cells.T[::-1])]
+
+
+def balls(n_points: int, cells: Ints) -> list[Ints]:
+    """Numbers of the cells around each vertex."""
+    order = np.argsort(cells.ravel(), kind="stable")
+    counts = np.bincount(cells.ravel(), minlength=n_points)
+    return np.split(order // cells.shape[1], np.cumsum(counts)[:-1])
+
+
+def perturb(
+    points: Floats,
+    cells: Ints,
+    movable: NDArray[np.bool_],
+    reach: Floats,
+    worst: float,
+    rng: np.random.Generator,
+) -> Floats:
+    """Move vertices at random by up to `reach`, or less where a cell would get past `worst`."""
+    points = points.copy()
+    ball = balls(len(points), cells)
+    for vertex in np.flatnonzero(movable):
+        old = points[vertex].copy()
+        step = rng.uniform(-1, 1, 3) * reach
+        for _ in range(6):
+            points[vertex] = np.round(old + step, DECIMALS)
+            if aspect_ratio(points, cells[ball[vertex]]).max() < worst:
+                break
+            step = step / 2
+        else:
+            points[vertex] = old
+    return points
+
+
+# --- raw_ball.mesh ------------------------------------------------------------------------------
+
+
+def sphere(n: int) -> Floats:
+    """Points of a Fibonacci lattice on the unit sphere."""
+    k = np.arange(n) + 0.5
+    z = 1 - 2 * k / n
+    angle = np.pi * (1 + np.sqrt(5)) * k
+    radius = np.sqrt(1 - z * z)
+    return np.column_stack([radius * np.cos(angle), radius * np.sin(angle), z])
+
+
+def inner_lattice(n: int, axes: Floats, margin: float) -> tuple[Floats, float]:
+    """The `n` innermost points of a face-centred lattice, sized to fill an ellipsoid; its side."""
+    side = float(np.cbrt(16 / 3 * np.pi * np.prod(axes) * (1 - margin) ** 3 / n))
+    count = int(2 / side)
+    corner = side * np.array(list(itertools.product(range(-count, count + 1), repeat=3)))
+    centred = side / 2 * np.array([[0, 0, 0], [1, 1, 0], [1, 0, 1], [0, 1, 1]])
+    lattice = (corner + centred[:, None]).reshape(-1, 3) + side * np.array([0.1, 0.17, 0.23])
+    depth = np.linalg.norm(lattice / axes, axis=1)
+    return lattice[np.argsort(depth, kind="stable")[:n]], side
+
+
+def raw_ball() -> meshio.Mesh:
+    """Delaunay mesh of jittered points on and in an ellipsoid, with the slivers that come along.
+
+    The points of cells beyond `limit` are drawn again, so that no cell is all but flat.
+    """
+    n_surface, n_inner, limit = 718, 286, 800.0
+    axes = np.array([1.1, 1.0, 0.9])
+    rng = np.random.default_rng(3)
+    spacing = np.sqrt(4 * np.pi / n_surface)
+    inner, side = inner_lattice(n_inner, axes, 0.85 * spacing)
+    seats = np.concatenate([sphere(n_surface), inner])
+    jitter = np.repeat([0.1 * spacing, 0.27 * side], [n_surface, n_inner])
+
+    points = np.zeros_like(seats)
+    redrawn = np.arange(len(seats))
+    while redrawn.size:
+        drawn = seats[redrawn] + jitter[redrawn, None] * rng.uniform(-1, 1, (redrawn.size, 3))
+        surface = redrawn < n_surface
+        drawn[surface] *= axes / np.linalg.norm(drawn[surface], axis=1, keepdims=True)
+        points[redrawn] = np.round(drawn, DECIMALS)
+        tets = oriented(points, Delaunay(points).simplices.astype(np.int64))
+        redrawn = np.unique(tets[aspect_ratio(points, tets) > limit])
+    return meshio.Mesh(
+        points, [("tetra", tets)], cell_data={"medit:ref": [np.ones(len(tets), np.int64)]}
+    )
+
+
+# --- quadtree.vtk -------------------------------------------------------------------------------
+
+Leaf = tuple[int, int, int]  # level, column, row
+
+
+def outline(t: Floats) -> Floats:
+    """The outer curve of the planar domain."""
+    radius = 1 + 0.16 * np.cos(2 * t) + 0.1 * np.cos(3 * t + 0.6)
+    return np.column_stack([radius * np.cos(t), radius * np.sin(t)])
+
+
+def hole(t: Floats) -> Floats:
+    """The inner curve: a thin tilted ellipse, walked clockwise."""
+    x, y = 0.5 * np.cos(t), -0.07 * np.sin(t)
+    c, s = np.cos(0.35), np.sin(0.35)
+    return np.column_stack([c * x - s * y - 0.05, s * x + c * y])
+
+
+def sample_curve(
+    curve: Callable[[Floats], Floats], finest: float, coarsest: float
+) -> tuple[Floats, Floats]:
+    """Points along a closed curve, denser where it bends, and the spacing wanted at each."""
+    t = np.linspace(0, 2 * np.pi, 4096, endpoint=False)
+    dense = curve(t)
+    ahead = np.roll(dense, -1, axis=0) - dense
+    length = np.hypot(*ahead.T)
+    heading = np.arctan2(ahead[:, 1], ahead[:, 0])
+    turn = np.angle(np.exp(1j * (heading - np.roll(heading, 1))))
+    spacing = np.clip(0.5 * length / np.abs(turn).clip(1e-12), finest, coarsest)
+    for i in 2 * list(range(len(t))):  # grows by at most a fifth of the arc walked, both ways
+        spacing[i] = min(spacing[i], spacing[i - 1] + 0.2 * length[i - 1])
+    for i in 2 * list(reversed(range(len(t)))):
+        spacing[i - 1] = min(spacing[i - 1], spacing[i] + 0.2 * length[i - 1])
+    walked = np.concatenate([[0], np.cumsum(length / spacing)])
+    n = round(walked[-1])
+    at = np.interp(np.arange(n) * walked[-1] / n, walked, np.append(t, 2 * np.pi))
+    return np.round(curve(at), DECIMALS), np.interp(at, t, spacing)
+
+
+def inside(points: Floats, loops: list[Floats]) -> NDArray[np.bool_]:
+    """Even-odd rule: is each point within the closed polygons?"""
+    crossings = np.zeros(len(points), np.int64)
+    for a in loops:
+        b = np.roll(a, -1, axis=0)
+        spans = (a[:, 1] > points[:, 1:]) != (b[:, 1] > points[:, 1:])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            x = a[:, 0] + (points[:, 1:] - a[:, 1]) * (b[:, 0] - a[:, 0]) / (b[:, 1] - a[:, 1])
+        crossings += (spans & (points[:, :1] < x)).sum(axis=1)
+    return crossings % 2 == 1
+
+
+def distance(points: Floats, loops: list[Floats]) -> Floats:
+    """Distance of each point to the closed polygons."""
+    nearest = np.full(len(points), np.inf)
+    for a in loops:
+        edge = np.roll(a, -1, axis=0) - a
+        away = points[:, None] - a
+        along = np.clip((away * edge).sum(axis=2) / (edge * edge).sum(axis=1), 0, 1)
+        gap = np.linalg.norm(away - along[..., None] * edge, axis=2)
+        nearest = np.minimum(nearest, gap.min(axis=1))
+    return nearest
+
+
+class Quadtree:
+    """A quadtree over the square [-half, half]^2, held as the set of its leaves."""
+
+    def __init__(self, half: float) -> None:
+        """Start from one leaf, the whole square."""
+        self.half = half
+        self.leaves: set[Leaf] = {(0, 0, 0)}
+
+    def corners(self, leaf: Leaf) -> Floats:
+        """The four corners, counter-clockwise from the lower left."""
+        level, i, j = leaf
+        grid = np.array([[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]])
+        return grid * (2 * self.half / 2**level) - self.half
+
+    def split(self, leaf: Leaf) -> list[Leaf]:
+        """Replace a leaf by its four children."""
+        level, i, j = leaf
+        children = [(level + 1, 2 * i + a, 2 * j + b) for b in (0, 1) for a in (0, 1)]
+        self.leaves.remove(leaf)
+        self.leaves.update(children)
+        return children
+
+    def refine(self, points: Floats, sizes: Floats, coarsest: float) -> None:
+        """Split until no leaf is larger than `coarsest`, or than the size wanted at its points."""
+        pending = list(self.leaves)
+        while pending:
+            leaf = pending.pop()
+            lower, upper = self.corners(leaf)[[0, 2]]
+            side = upper[0] - lower[0]
+            here = ((points >= lower) & (points <= upper)).all(axis=1)
+            if side > min(coarsest, sizes[here].min(initial=np.inf)):
+                pending += self.split(leaf)
+
+    def balance(self) -> None:
+        """Split until leaves that touch differ by one level at most."""
+        pending = sorted(self.leaves)
+        while pending:
+            level, i, j = pending.pop()
+            for di, dj in itertools.product((-1, 0, 1), repeat=2):
+                a, b = i // 2 + di, j // 2 + dj
+                for coarser in range(level - 1):
+                    shift = level - 1 - coarser
+                    leaf = (coarser, a >> shift, b >> shift)
+                    if leaf in self.leaves:
+                        pending += self.split(leaf)
+
+
+def fan(corners: list[tuple[int, int]], nodes: set[tuple[int, int]]) -> list[list[tuple[int, int]]]:
+    """Template of a quadtree cell: triangles of the square with the hanging nodes of its sides."""
+    ring = []
+    for (x0, y0), (x1, y1) in itertools.pairwise([*corners, corners[0]]):
+        middle = ((x0 + x1) // 2, (y0 + y1) // 2)
+        ring += [(x0, y0), middle] if middle in nodes else [(x0, y0)]
+    hanging = [k for k, node in enumerate(ring) if node not in corners]
+    side = corners[1][0] - corners[0][0]
+    first = hanging[0] if hanging else (corners[0][0] // side + corners[0][1] // side) % 2
+    ring = ring[first:] + ring[:first]
+    return [[ring[0], *pair] for pair in itertools.pairwise(ring[1:])]
+
+
+def triangulate(tree: Quadtree, kept: list[Leaf]) -> tuple[Floats, Ints]:
+    """Conforming triangulation of some leaves of a balanced quadtree."""
+    depth = max(level for level, _, _ in kept) + 1  # one more, so that middles are integers
+    squares = []
+    for level, i, j in kept:
+        s = 2 ** (depth - level)
+        x, y = i * s, j * s
+        squares.append([(x, y), (x + s, y), (x + s, y + s), (x, y + s)])
+    nodes = {corner for square in squares for corner in square}
+    triangles = np.array([t for square in squares for t in fan(square, nodes)])
+    grid, cells = np.unique(triangles.reshape(-1, 2), axis=0, return_inverse=True)
+    return grid * (2 * tree.half / 2**depth) - tree.half, cells.reshape(-1, 3)
+
+
+def well_inside(tree: Quadtree, loops: list[Floats], clearance: float) -> list[Leaf]:
+    """Leaves whose corners are in the domain, off its boundary by `clearance` of their side."""
+    leaves = sorted(tree.leaves)
+    corners = np.concatenate([tree.corners(leaf) for leaf in leaves])
+    gap = np.where(inside(corners, loops), distance(corners, loops), -1).reshape(-1, 4)
+    side = np.array([2 * tree.half / 2**level for level, _, _ in leaves])
+    clear = gap.min(axis=1) > clearance * side
+    return [leaf for leaf, keep in zip(leaves, clear, strict=True) if keep]
+
+
+def strip(rim: Floats, loops: list[Floats], squares: list[Floats]) -> Ints:
+    """Delaunay triangles of the points `rim` that lie in the domain but in no square."""
+    cells = Delaunay(rim).simplices.astype(np.int64)
+    centre = rim[cells].mean(axis=1)
+    wanted = inside(centre, loops)
+    for square in squares:
+        lower, upper = square[0] - 1e-9, square[2] + 1e-9
+        wanted &= ~((centre > lower) & (centre < upper)).all(axis=1)
+    return cells[wanted]
+
+
+def quadtree() -> meshio.Mesh:
+    """Raw quadtree mesh: templates in the cells well inside, a strip from them to the boundary."""
+    samples = [sample_curve(outline, 0.02, 0.038), sample_curve(hole, 0.008, 0.03)]
+    loops = [points for points, _ in samples]
+    tree = Quadtree(half=1.37)
+    tree.refine(np.concatenate(loops), 1.4 * np.concatenate([size for _, size in samples]), 0.2)
+    tree.balance()
+    kept = well_inside(tree, loops, 0.15)
+    inner, inner_cells = triangulate(tree, kept)
+
+    front = np.unique(boundary_facets(inner_cells))
+    number = np.append(front, len(inner) + np.arange(sum(map(len, loops))))
+    flat = np.concatenate([inner, *loops])
+    strip_cells = number[strip(flat[number], loops, [tree.corners(leaf) for leaf in kept])]
+
+    points = np.round(np.column_stack([flat, np.zeros(len(flat))]), DECIMALS)
+    cells = oriented(points, np.concatenate([inner_cells, strip_cells]))
+    if boundary_facets(cells).min() < len(inner):
+        raise SystemExit("quadtree.vtk: the strip and the cells do not join")
+    return meshio.Mesh(points, [("triangle", cells)])
+
+
+# --- grids: two_regions, grid, plate, broken ----------------------------------------------------
+
+
+def kuhn(counts: tuple[int, int, int]) -> tuple[Floats, Ints]:
+    """Points of a grid of unit cubes and its tetrahedra, six along the diagonal of each cube."""
+    shape = tuple(n + 1 for n in counts)
+    points = np.argwhere(np.ones(shape)).astype(np.float64)
+    cubes = np.argwhere(np.ones(counts))
+    tets = []
+    for axes in itertools.permutations(range(3)):
+        path = np.concatenate([np.zeros((1, 3), int), np.cumsum(np.eye(3, dtype=int)[[*axes]], 0)])
+        nodes = cubes[:, None] + path
+        tets.append(np.ravel_multi_index(tuple(np.moveaxis(nodes, 2, 0)), shape))
+    return points, oriented(points, np.concatenate(tets))
+
+
+def free_vertices(points: Floats, facets: Ints) -> NDArray[np.bool_]:
+    """Mask of the points on none of the facets."""
+    free = np.ones(len(points), bool)
+    free[facets] = False
+    return free
+
+
+def grid() -> meshio.Mesh:
+    """Perturbed Kuhn grid; the boundary is left alone."""
+    points, tets = kuhn((7, 6, 6))
+    free = free_vertices(points, boundary_facets(tets))
+    rng = np.random.default_rng(6)
+    points = perturb(points, tets, free, np.full(3, 0.7), 60.0, rng)
+    return meshio.Mesh(points, [("tetra", tets)])
+
+
+def broken() -> meshio.Mesh:
+    """Kuhn grid with a vertex dragged outside its ball, and with one cell twice."""
+    points, tets = kuhn((3, 3, 3))
+    dragged = np.flatnonzero((points == [1, 1, 1]).all(axis=1))[0]
+    points[dragged] += [1.3, 0.2, 0.1]
+    return meshio.Mesh(points, [("tetra", np.concatenate([tets, tets[100:101]]))])
+
+
+def flip_some(
+    points: Floats, cells: Ints, group: Ints, worst: float, rng: np.random.Generator
+) -> Ints:
+    """Flip edges within a group in random order, each triangle at most once."""
+    cells = cells.copy()
+    owner: dict[tuple[int, int], tuple[int, int]] = {}
+    pairs = []
+    for t, triangle in enumerate(cells):
+        for k in range(3):
+            a, b, apex = (int(triangle[(k + s) % 3]) for s in range(3))
+            if (b, a) in owner:
+                pairs.append((a, b, apex, t, *owner[b, a]))
+            owner[a, b] = (apex, t)
+    touched: set[int] = set()
+    for pick in rng.permutation(len(pairs)):
+        a, b, apex, t, other, u = pairs[pick]
+        flipped = np.array([[apex, other, b], [other, apex, a]])
+        if group[t] != group[u] or touched & {t, u}:
+            continue
+        if aspect_ratio(points, flipped).max() < worst:
+            cells[[t, u]] = flipped
+            touched |= {t, u}
+    return cells
+
+
+def plate() -> meshio.Mesh:
+    """Plate of two materials that meet along a wave; diagonals flipped, vertices perturbed."""
+    nx, ny, joint = 30, 25, 12
+    rng = np.random.default_rng(5)
+    x, y = np.divmod(np.arange((nx + 1) * (ny + 1)), ny + 1)
+    wave = 1.5 * np.sin(2 * np.pi * x / nx) * np.minimum(y / joint, (ny - y) / (ny - joint))
+    points = np.round(np.column_stack([x, y + wave, 0 * x]) / 10, DECIMALS)
+
+    corner = (np.arange(nx)[:, None] * (ny + 1) + np.arange(ny)).reshape(-1, 1)
+    square = corner + np.array([0, ny + 1, ny + 2, 1])
+    cells = np.concatenate([square[:, [0, 1, 2]], square[:, [0, 2, 3]]])
+    material = np.tile(np.where(y[corner.ravel()] < joint, 1, 2), 2)
+
+    free = free_vertices(points, boundary_facets(cells)) & (y != joint)
+    points = perturb(points, cells, free, np.array([0.06, 0.06, 0.0]), 60.0, rng)
+    for _ in range(2):
+        cells = flip_some(points, cells, material, 60.0, rng)
+    return meshio.Mesh(points, [("triangle", cells)], cell_data={"material": [material]})
+
+
+CORE, SHELL = 1, 2  # volumes
+INTERFACE = 7  # the surface between them; surfaces 1 to 6 are the sides of the box
+PHYSICAL = {"outside": (1, 2), "interface": (2, 2), "core": (3, 3), "shell": (4, 3)}
+
+
+def two_regions() -> meshio.Mesh:
+    """Perturbed box with an inner box of another region; physical names, one block per entity."""
+    counts = np.array([7, 7, 6])
+    points, tets = kuhn((7, 7, 6))
+    centre = points[tets].mean(axis=1)
+    in_core = ((centre > 2) & (centre < 5)).all(axis=1)
+
+    outside = boundary_facets(tets)
+    interface = boundary_facets(tets[in_core])
+    side = np.zeros(len(outside), np.int64)
+    for axis in range(3):
+        for end, at in enumerate((0, counts[axis])):
+            side[(points[outside, axis] == at).all(axis=1)] = 2 * axis + end + 1
+
+    dim_tags = np.full((len(points), 2), (3, SHELL))
+    dim_tags[np.unique(tets[in_core])] = (3, CORE)
+    dim_tags[np.unique(interface)] = (2, INTERFACE)
+    for tag in range(6, 0, -1):
+        dim_tags[np.unique(outside[side == tag])] = (2, tag)
+
+    rng = np.random.default_rng(3)
+    points = perturb(points, tets, dim_tags[:, 0] == 3, np.full(3, 0.7), 60.0, rng)
+    order = np.lexsort(dim_tags.T[::-1])
+    number = np.argsort(order)
+    blocks = [("triangle", outside[side == tag], tag, "outside") for tag in range(1, 7)]
+    blocks += [("triangle", interface, INTERFACE, "interface")]
+    blocks += [("tetra", tets[in_core], CORE, "core"), ("tetra", tets[~in_core], SHELL, "shell")]
+    return meshio.Mesh(
+        points[order],
+        [(kind, number[cells]) for kind, cells, _, _ in blocks],
+        point_data={"gmsh:dim_tags": dim_tags[order]},
+        cell_data={
+            "gmsh:physical": [np.full(len(c), PHYSICAL[name][0]) for _, c, _, name in blocks],
+            "gmsh:geometrical": [np.full(len(c), tag) for _, c, tag, _ in blocks],
+        },
+        field_data={name: np.array(value) for name, value in PHYSICAL.items()},
+    )
+
+
+def two_regions_22() -> meshio.Mesh:
+    """The mesh of `two_regions`, without what Gmsh 2.2 cannot hold."""
+    mesh = two_regions()
+    mesh.point_data.clear()
+    return mesh
+
+
+# --- writing and verifying ----------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A file: how to make and write it, and what it must hold."""
+
+    name: str
+    make: Callable[[], meshio.Mesh]
+    options: dict[str, Any]
+    n_cells: tuple[int, int]
+    worst: tuple[float, float]
+    valid: bool = True
+
+
+SHORT = {"float_fmt": ".9g"}
+VTK = {"file_format": "vtk42", "binary": False}
+GMSH = SHORT | {"file_format": "gmsh", "binary": False}  # without a format, meshio writes ANSYS
+GMSH22 = GMSH | {"file_format": "gmsh22"}
+SAMPLES = [  # counts and worst ratios are bounds
+    Sample("raw_ball.mesh", raw_ball, SHORT, (3800, 4034), (300, 900)),
+    Sample("quadtree.vtk", quadtree, VTK, (1000, 3000), (3, 20)),
+    Sample("two_regions.msh", two_regions, GMSH, (1000, 2000), (20, 100)),
+    Sample("two_regions_22.msh", two_regions_22, GMSH22, (1000, 2000), (20, 100)),
+    Sample("plate.vtu", plate, {"compression": None}, (1400, 1600), (20, 100)),
+    Sample("grid.vtk", grid, {}, (1300, 2000), (20, 100)),
+    Sample("broken.vtk", broken, VTK, (100, 300), (np.inf, np.inf), valid=False),
+]
+
+
+def faults(mesh: meshio.Mesh, cells: Ints) -> list[str]:
+    """What makes a mesh invalid."""
+    points = mesh.points
+    facets = directed_facets(cells)
+    ordered, n_cells = np.unique(np.sort(facets, axis=1), axis=0, return_counts=True)
+    n = facets.shape[1]
+    signs = [np.sign(facets[:, j] - facets[:, i]) for i, j in itertools.combinations(range(n), 2)]
+    sides = np.column_stack([np.sort(facets, axis=1), np.prod(signs, axis=0)])
+    boundary = boundary_facets(cells)
+    ridges = directed_facets(boundary) if n == 3 else boundary.reshape(-1, 1)
+    _, n_facets = np.unique(np.sort(ridges, axis=1), axis=0, return_counts=True)
+    declared = [np.sort(b.data, axis=1) for b in mesh.cells if b.data.shape[1] < cells.shape[1]]
+    everything = np.concatenate([ordered, *declared])
+    tests = {
+        "a cell is not positive": measure(points, cells).min() <= 0,
+        "a cell appears twice": len(np.unique(np.sort(cells, axis=1), axis=0)) < len(cells),
+        "a facet is shared by more than two cells": n_cells.max() > 2,
+        "neighbours disagree in orientation": len(np.unique(sides, axis=0)) < len(sides),
+        "the boundary is open or not manifold": (n_facets != 2).any(),
+        "a declared facet bounds no cell": len(np.unique(everything, axis=0)) > len(ordered),
+        "two points coincide": len(np.unique(points, axis=0)) < len(points),
+        "a point is unused": len(np.unique(cells)) < len(points),
+    }
+    return [message for message, bad in tests.items() if bad]
+
+
+def verify(path: Path, sample: Sample) -> str:
+    """Read a file back and test it; a line of numbers for the reader."""
+    mesh = meshio.read(path, "gmsh" if path.suffix == ".msh" else None)
+    kind = mesh.cells[-1].type
+    cells = np.concatenate([b.data for b in mesh.cells if b.type == kind]).astype(np.int64)
+    ratio = aspect_ratio(mesh.points, cells)
+    found = faults(mesh, cells)
+    if not sample.n_cells[0] <= len(cells) <= sample.n_cells[1]:
+        found.append(f"{len(cells)} cells")
+    if not sample.worst[0] <= ratio.max() <= sample.worst[1]:
+        found.append(f"worst aspect ratio {ratio.max():.4g}")
+    planted = set() if sample.valid else {"a cell is not positive", "a cell appears twice"}
+    if (sample.valid and found) or not planted <= set(found):
+        raise SystemExit(f"{path.name}: {'; '.join(found) or 'no fault'}")
+    good = np.mean(ratio < 2)
+    return (
+        f"{path.name}: {len(cells)} {kind}, {len(mesh.points)} points, "
+        f"worst {ratio.max():.4g}, {good:.1%} below 2, {np.sum(ratio > 10)} above 10"
+    )
+
+
+def main(folder: Path) -> None:
+    """Write every sample into a folder, then read each back and verify it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for sample in SAMPLES:
+        path = folder / sample.name
+        with contextlib.redirect_stderr(io.StringIO()):  # meshio advises against ASCII VTK
+            sample.make().write(path, **sample.options)
+        print(verify(path, sample))
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent)
