@@ -2,8 +2,8 @@
 
 What came in goes out: version, text or binary, names, tags, cells of lower
 dimension, arrays, and every bit of every coordinate. What a format cannot hold is
-dropped with a warning that names it. Gmsh and Medit have modules of their own;
-VTK goes through meshio, which is imported here and nowhere else.
+dropped with a warning that names it. Gmsh and Medit have modules of their own,
+which say why; VTK goes through meshio, which is imported here and nowhere else.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ import hashlib
 import io
 import logging
 import os
-import re
 import secrets
 import shutil
 import tempfile
@@ -26,8 +25,10 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from . import formats_gmsh, formats_medit, formats_tags, formats_vtu
+from . import formats_gmsh, formats_gmsh_write, formats_medit, formats_tags, formats_vtk
 from .errors import ConfigError, ReadError, WriteError
+from .formats_sniff import HEAD, Encoding, encoding_of
+from .formats_text import UnreadableError
 from .mesh import Array, Block, Mesh
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("meshopt")
 
-HEAD = 1 << 20  # bytes of a file that tell what it is
+VTU_VERSIONS = ("0.1", "1.0")  # that meshio reads, and that can be written
 
 
 @dataclass(frozen=True)
@@ -125,10 +126,12 @@ def read(path: Path) -> tuple[Mesh, Source]:
         data = head + stream.read()
     row = FORMATS[encoding.format]
     try:
-        mesh = row.read(path, data, encoding)
-        mesh = _owned(mesh)
+        with np.errstate(invalid="raise"):  # where a NaN stands for an integer
+            mesh = _owned(row.read(path, data, encoding))
     except (Exception, SystemExit) as error:
-        reason = _one_line(error) or "truncated or malformed"
+        reason = _one_line(error)
+        if not isinstance(error, UnreadableError):
+            reason = f"truncated or malformed ({reason or type(error).__name__})"
         raise ReadError(f"{path}: not a readable {row.title} file: {reason}") from error
     return mesh, Source(Path(path), encoding, hashlib.sha256(data).hexdigest())
 
@@ -174,7 +177,7 @@ def encoding_for(
     version = source.version
     if row.family == "vtk":
         version = "4.2" if version < "5" else "5.1"
-    elif version not in ("0.1", "1.0"):
+    elif version not in VTU_VERSIONS:
         version = new.version
     return replace(source, format=row.name, version=version)
 
@@ -271,8 +274,8 @@ def _sniff(path: Path, head: bytes) -> Encoding:
     if head.startswith(b"version https://git-lfs"):
         raise ReadError(f"{path}: a Git LFS pointer, not the mesh: run git lfs pull")
     try:
-        found = next(filter(None, (look(head) for look in _SNIFFERS)), None)
-    except ValueError as error:
+        found = encoding_of(head)
+    except UnreadableError as error:
         raise ReadError(f"{path}: {error}") from None
     if found is None:
         raise ReadError(f"{path}: not a {rows[0].title} file")
@@ -324,11 +327,9 @@ def _overheard() -> Iterator[None]:
 def _from_meshio(mesh: meshio.Mesh, n_cells: int | None, *, legacy: bool) -> Mesh:
     """Take over what meshio read, if it is all of it."""
     if any(block.type.startswith("polyhedron") for block in mesh.cells):
-        raise ValueError("polyhedra are not supported")
+        raise UnreadableError("polyhedra are not supported")
     if n_cells is not None and n_cells != sum(len(block.data) for block in mesh.cells):
-        raise ValueError("it is truncated, or some of its cells are of a type not supported")
-    if mesh.field_data:
-        log.warning("the fields %s of the VTK file are dropped", ", ".join(mesh.field_data))
+        raise UnreadableError("it is truncated, or some of its cells are of a type not supported")
     name_of = unquote if legacy else str
     blocks = [
         Block(
@@ -345,29 +346,12 @@ def _from_meshio(mesh: meshio.Mesh, n_cells: int | None, *, legacy: bool) -> Mes
 def _read_vtk(path: Path, data: bytes, encoding: Encoding) -> Mesh:
     import meshio.vtk
 
-    _mend_vtk()
-    known = data
-    for attribute, as_known in _VTK_ATTRIBUTES:
-        known = attribute.sub(as_known, known)
-    with _overheard(), _at(path, data, known) as readable:
+    _mend()
+    with _overheard(), _at(path, data, formats_vtk.plain_vtk(data)) as readable:
         mesh = meshio.vtk.read(readable)
-    # a shorter list of types is not noticed by meshio
-    counts = re.findall(rb"^CELL_TYPES[ \t]+(\d+)", data, re.MULTILINE)
-    return _from_meshio(mesh, int(counts[0]) if counts else None, legacy=True)
-
-
-# those that meshio does not know, and others that are written in the same way
-_VTK_ATTRIBUTES = [
-    (re.compile(rb"^NORMALS[ \t]", re.MULTILINE), rb"VECTORS "),
-    (
-        re.compile(rb"^(?:GLOBAL|PEDIGREE)_IDS[ \t]+(\S+)[ \t]+(\S+)[^\n]*", re.MULTILINE),
-        rb"SCALARS \1 \2 1\nLOOKUP_TABLE default",
-    ),
-    (
-        re.compile(rb"^TEXTURE_COORDINATES[ \t]+(\S+)[ \t]+(\d)[ \t]+(\S+)[^\n]*", re.MULTILINE),
-        rb"SCALARS \1 \3 \2\nLOOKUP_TABLE default",
-    ),
-]
+    if b"\nFIELD" in data[: max(data.find(b"\nPOINTS"), 0)]:
+        log.warning("the fields of the VTK file that are not of points or cells are dropped")
+    return _from_meshio(mesh, formats_vtk.n_cells_vtk(data), legacy=True)
 
 
 @contextlib.contextmanager
@@ -382,36 +366,22 @@ def _at(path: Path, data: bytes, known: bytes) -> Iterator[Path]:
         yield copy
 
 
-def _mend_vtk() -> None:
-    """Teach meshio the names that VTK gives to types of numbers."""
+def _mend() -> None:
+    """Teach meshio the names that VTK gives to numbers, and two cells it only half knows."""
+    from meshio._mesh import topological_dimension
     from meshio.vtk import _vtk_42, _vtk_51
 
-    names = {
-        "char": "int8",
-        "signed_char": "int8",
-        "unsigned_char": "uint8",
-        "short": "int16",
-        "unsigned_short": "uint16",
-        "int": "int32",
-        "unsigned_int": "uint32",
-        "long": "int64",
-        "unsigned_long": "uint64",
-        "vtktypeint64": "int64",
-        "vtktypeuint64": "uint64",
-        "vtkidtype": "int32",
-    }
-    written = {"int8": "signed_char"} | {
-        kind: name for name, kind in names.items() if name not in ("char", "vtkidtype")
-    }
+    topological_dimension.update(wedge15=3, pyramid13=3)
+
     for module in (_vtk_42, _vtk_51):
-        module.vtk_to_numpy_dtype_name.update(names)
-        module.numpy_to_vtk_dtype.update(written)
+        module.vtk_to_numpy_dtype_name.update(formats_vtk.NUMBERS)
+    _vtk_51.numpy_to_vtk_dtype.update(formats_vtk.WRITTEN)
 
 
 def _write_vtk(stream: BinaryIO, mesh: Mesh, encoding: Encoding) -> None:
     import meshio.vtk
 
-    _mend_vtk()
+    _mend()
 
     def unpadded(values: Array) -> Array:  # meshio would add a third component
         return values[:, :, None] if values.shape[1:] == (2,) else values
@@ -434,27 +404,22 @@ def _write_vtk(stream: BinaryIO, mesh: Mesh, encoding: Encoding) -> None:
 def _read_vtu(path: Path, data: bytes, encoding: Encoding) -> Mesh:
     import meshio.vtu
 
-    counts = re.findall(rb'<Piece\b[^>]*\bNumberOfCells\s*=\s*["\']\s*(\d+)', data)
-    if len(counts) > 1:
-        raise ValueError("it has several pieces: merge them")
-    if counts == [b"0"]:
-        raise ValueError("it has no cells")
-    if b'compressor="vtkLZ4DataCompressor"' in data[:4096]:
-        raise ValueError("LZ4 compression is not supported: save it with ZLib or without")
-    known = data
-    if encoding.version not in ("0.1", "1.0"):  # others differ in polyhedra only
-        known = re.sub(rb'(<VTKFile\b[^>]*\bversion=")[^"]*', rb"\g<1>1.0", data, count=1)
+    _mend()
+    n_cells = formats_vtk.n_cells_vtu(data)
+    known = data if encoding.version in VTU_VERSIONS else formats_vtk.plain_vtu(data)
     with _overheard(), _at(path, data, known) as readable:
         mesh = meshio.vtu.read(readable)
-    return _from_meshio(mesh, int(counts[0]) if counts else None, legacy=False)
+    if mesh.field_data:
+        log.warning("the fields %s of the VTU file are dropped", ", ".join(mesh.field_data))
+    return _from_meshio(mesh, n_cells, legacy=False)
 
 
 def _write_vtu(stream: BinaryIO, mesh: Mesh, encoding: Encoding) -> None:
-    formats_vtu.write(
+    formats_vtk.write_vtu(
         stream,
         mesh,
         _vtk_types(),
-        encoding.version if encoding.version in ("0.1", "1.0") else "1.0",
+        encoding.version if encoding.version in VTU_VERSIONS else "1.0",
         binary=encoding.binary,
         compressed=encoding.compressed,
     )
@@ -475,7 +440,7 @@ def _write_medit(stream: BinaryIO, mesh: Mesh, encoding: Encoding) -> None:
 
 
 def _write_gmsh(stream: BinaryIO, mesh: Mesh, encoding: Encoding) -> None:
-    formats_gmsh.write(stream, mesh, encoding.version, encoding.binary)
+    formats_gmsh_write.write(stream, mesh, encoding.version, encoding.binary)
 
 
 def _rows() -> Iterator[Format]:

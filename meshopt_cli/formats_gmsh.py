@@ -17,7 +17,7 @@ from operator import itemgetter
 
 import numpy as np
 
-from .formats_text import numbers
+from .formats_text import UnreadableError, numbers
 from .mesh import Array, Block, Mesh
 
 log = logging.getLogger("meshopt")
@@ -86,7 +86,7 @@ class _Numbers:
         width, length = (1, len(self._values)) if self._text else (dtype.itemsize, len(self._data))
         start, self._at = self._at, self._at + count * width
         if count < 0 or self._at > length:
-            raise ValueError("it ends in the middle of a section")
+            raise UnreadableError("it ends in the middle of a section")
         if self._text:
             taken = self._values[start : self._at]
         else:
@@ -137,7 +137,7 @@ def read(data: bytes) -> Mesh:
 
     Raises
     ------
-    ValueError
+    UnreadableError
         The file is truncated or malformed.
     """
     sections = list(_sections(data))
@@ -165,7 +165,9 @@ def read(data: bytes) -> Mesh:
         elif name not in ("MeshFormat", "Comments"):
             dropped.append(name)
     if points is None or runs is None:
-        raise ValueError(f"there is no section ${'Nodes' if points is None else 'Elements'} in it")
+        raise UnreadableError(
+            f"there is no section ${'Nodes' if points is None else 'Elements'} in it"
+        )
     if dropped:
         log.warning("the sections %s of the Gmsh file are dropped", ", ".join(dropped))
 
@@ -192,15 +194,15 @@ def parse_header(body: bytes) -> tuple[str, bool, int]:
     """Take apart what stands in $MeshFormat: version 2.2 or 4.1, text?, bytes of a count."""
     header = _HEADER.match(body)
     if not header:
-        raise ValueError("there is no header $MeshFormat in it")
+        raise UnreadableError("there is no header $MeshFormat in it")
     version, text, size = header[1].decode(errors="replace"), header[2] == b"0", int(header[3])
     version = {"2": "2.2", "2.0": "2.2", "2.1": "2.2", "4": "4.0"}.get(version, version)
     if version not in ("2.2", "4.1"):
-        raise ValueError(f"Gmsh format {version} is not supported: save it as 4.1 or 2.2")
+        raise UnreadableError(f"Gmsh format {version} is not supported: save it as 4.1 or 2.2")
     if not text and body[header.end() : header.end() + 4] != b"\1\0\0\0":
-        raise ValueError("it is binary in big-endian order: save it as text")
+        raise UnreadableError("it is binary in big-endian order: save it as text")
     if size not in (4, 8):
-        raise ValueError(f"its numbers have {size} bytes")
+        raise UnreadableError(f"its numbers have {size} bytes")
     return version, text, size
 
 
@@ -210,7 +212,7 @@ def _sections(data: bytes) -> Iterator[tuple[str, bytes]]:
     while match := _SECTION.search(data, at):
         stop = data.find(b"$End" + match[1], match.end())
         if stop < 0:
-            raise ValueError(f"the section ${match[1].decode()} has no end")
+            raise UnreadableError(f"the section ${match[1].decode()} has no end")
         yield match[1].decode(), data[match.end() : stop]
         at = stop + len(match[1]) + 4
 
@@ -249,11 +251,11 @@ def _read_nodes_22(body: bytes, text: bool) -> tuple[Array, Array]:
     if text:
         values = numbers(body, float)
         if len(values) != 4 * n:
-            raise ValueError(f"{n} nodes are announced, and {len(values) // 4} found")
+            raise UnreadableError(f"{n} nodes are announced, and {len(values) // 4} found")
         rows = values.reshape(n, 4)
         return rows[:, 0].astype(np.int64), rows[:, 1:]
     if not 0 <= n * row.itemsize <= len(body):
-        raise ValueError("it ends in the middle of a section")
+        raise UnreadableError("it ends in the middle of a section")
     records = np.frombuffer(body, row, n)
     return records["tag"].astype(np.int64), records["x"]
 
@@ -263,13 +265,15 @@ def _read_nodes_41(section: _Numbers) -> tuple[Array, Array, Array]:
     tags, points, dim_tags = [np.empty(0, np.int64)], [np.empty((0, 3))], [np.empty((0, 2), int)]
     for _ in range(n_blocks):
         dimension, tag, parametric = (int(number) for number in section.take("int", 3))
+        if dimension not in range(4):
+            raise UnreadableError(f"an entity has dimension {dimension}")
         count = section.one("size")
         tags.append(section.take("size", count))
         width = 3 + (dimension if parametric else 0)
         points.append(section.take("real", count * width).reshape(count, width)[:, :3])
         dim_tags.append(np.tile(np.array([dimension, tag]), (count, 1)))
     if sum(map(len, tags)) != n:
-        raise ValueError(f"{n} nodes are announced, and {sum(map(len, tags))} found")
+        raise UnreadableError(f"{n} nodes are announced, and {sum(map(len, tags))} found")
     return np.concatenate(tags), np.concatenate(points), np.concatenate(dim_tags)
 
 
@@ -288,7 +292,7 @@ def _read_elements_41(section: _Numbers, entities: Entities) -> list[_Run]:
             data[PHYSICAL] = np.full(count, entity.physical)
         runs.append(_Run(_type(code), rows[:, 0], rows[:, 1:], data, entity.bounds))
     if sum(len(run.tags) for run in runs) != n:
-        raise ValueError(f"{n} elements are announced, and another number found")
+        raise UnreadableError(f"{n} elements are announced, and another number found")
     return runs
 
 
@@ -324,12 +328,12 @@ def _runs_of_text(values: Array, n: int) -> Iterator[tuple[str, Array]]:
     at = done = 0
     while done < n:
         if at + 3 > len(values):
-            raise ValueError(f"{n} elements are announced, and {done} found")
+            raise UnreadableError(f"{n} elements are announced, and {done} found")
         code, n_tags = values[at + 1], values[at + 2]
         kind = _type(int(code))
         width = 3 + int(n_tags) + n_nodes_of(kind)
         if n_tags < 0 or at + width > len(values):
-            raise ValueError(f"{n} elements are announced, and {done} found")
+            raise UnreadableError(f"{n} elements are announced, and {done} found")
         look = 64
         while True:
             rows = values[at : at + min(look, n - done) * width]
@@ -349,7 +353,7 @@ def _runs_of_binary(body: bytes, n: int) -> Iterator[tuple[str, Array]]:
         code, count, n_tags = (int(number) for number in section.take("int", 3))
         width = 1 + n_tags + n_nodes_of(_type(code))
         if count < 1 or n_tags < 0:
-            raise ValueError(f"{n} elements are announced, and {done} found")
+            raise UnreadableError(f"{n} elements are announced, and {done} found")
         yield _type(code), section.take("int", count * width).reshape(count, width)
         done += count
 
@@ -379,7 +383,7 @@ def _first_line(body: bytes) -> tuple[int, bytes]:
 
 def _type(code: int) -> str:
     if code not in TYPES:
-        raise ValueError(f"elements of type {code} are not supported")
+        raise UnreadableError(f"elements of type {code} are not supported")
     return TYPES[code]
 
 

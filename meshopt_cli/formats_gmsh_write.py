@@ -82,12 +82,10 @@ def by_entity(blocks: list[Block]) -> list[Block]:
             continue
         zeros = np.zeros(len(block.cells), np.int64)
         keys = np.column_stack([block.data.get(name, zeros) for name in (GEOMETRICAL, PHYSICAL)])
-        several = (keys != keys[0]).any()
-        for tag, physical in np.unique(keys, axis=0).tolist() if several else keys[:1].tolist():
-            here = (keys == (tag, physical)).all(axis=1)
+        for (tag, physical), here in _groups(keys):
             data = {name: values[here] for name, values in block.data.items()}
-            n = int(here.sum())
-            data |= {GEOMETRICAL: np.full(n, tag), PHYSICAL: np.full(n, physical)}
+            data[GEOMETRICAL] = np.full(len(here), tag)
+            data[PHYSICAL] = np.full(len(here), physical)
             part = Block(block.type, block.cells[here], data, block.entities)
             parts.append((dimension_of(block.type), tag, physical, part))
     used: dict[tuple[int, int], int] = {}
@@ -123,24 +121,19 @@ def classify(n: int, blocks: list[Block]) -> Array:
     (n, 2) int64
         Dimension and tag. A node that no cell uses goes with the highest entity.
     """
-    downwards = sorted(blocks, key=lambda block: -dimension_of(block.type))
+    # of equal dimensions, the first block has the last word
+    downwards = sorted(reversed(blocks), key=lambda block: -dimension_of(block.type))
     dim_tags = np.tile(np.array(_entity(downwards[0]) if blocks else (3, 1)), (n, 1))
-    for _, group in sorted(_grouped(downwards).items(), reverse=True):
-        for block in reversed(group):  # of equals, the first has the last word
-            dim_tags[_used(block, n)] = _entity(block)
+    for block in downwards:
+        dim_tags[_used(block, n)] = _entity(block)
     return dim_tags
-
-
-def _grouped(blocks: list[Block]) -> dict[int, list[Block]]:
-    groups: dict[int, list[Block]] = {}
-    for block in blocks:
-        groups.setdefault(dimension_of(block.type), []).append(block)
-    return groups
 
 
 def _used(block: Block, n: int) -> Array:
     """Points that the cells of a block use, but numbers out of range."""
-    return np.unique(block.cells[(block.cells >= 0) & (block.cells < n)])
+    used = np.zeros(n, dtype=bool)
+    used[block.cells[(block.cells >= 0) & (block.cells < n)]] = True
+    return np.flatnonzero(used)
 
 
 def _put(stream: BinaryIO, binary: bool, *parts: tuple[str, ArrayLike]) -> None:
@@ -160,17 +153,18 @@ def _write_entities(
     stream: BinaryIO, points: Array, blocks: list[Block], dim_tags: Array, binary: bool
 ) -> None:
     """Write every entity that has nodes or cells, or bounds one that has."""
-    entities: Entities = {(int(d), int(t)): Entity() for d, t in np.unique(dim_tags, axis=0)}
+    entities: Entities = {}
     nodes: dict[tuple[int, int], list[Array]] = {}
+    for key, own in _groups(dim_tags):
+        entities[key], nodes[key] = Entity(), [own]
     for block in blocks:
         key = _entity(block)
-        entities[key] = Entity(int(block.data[PHYSICAL][0]), block.entities)
+        bounds = entities[key].bounds if key in entities else None
+        bounds = bounds if block.entities is None else block.entities
+        entities[key] = Entity(int(block.data[PHYSICAL][0]), bounds)
         nodes.setdefault(key, []).append(_used(block, len(points)))
-        if block.entities is not None:
-            for tag in np.abs(block.entities).tolist():
-                entities.setdefault((key[0] - 1, tag), Entity())
-    for key, own in _groups_of_nodes(dim_tags):
-        nodes.setdefault(key, []).append(own)
+        for tag in [] if block.entities is None else np.abs(block.entities).tolist():
+            entities.setdefault((key[0] - 1, tag), Entity())
     stream.write(b"$Entities\n")
     counts = np.bincount([dimension for dimension, _ in entities], minlength=4)
     _put(stream, binary, ("u8", counts))
@@ -189,18 +183,19 @@ def _write_entities(
     _end(stream, "Entities", binary)
 
 
-def _groups_of_nodes(dim_tags: Array) -> Iterator[tuple[tuple[int, int], Array]]:
-    """Go through the entities that have nodes of their own, and these nodes."""
-    order = np.lexsort((dim_tags[:, 1], dim_tags[:, 0]))
-    if not len(order):
+def _groups(keys: Array) -> Iterator[tuple[tuple[int, int], Array]]:
+    """Go through the distinct rows of two columns, in order, and where each of them is."""
+    if not len(keys):
         return
-    cuts = np.flatnonzero((np.diff(dim_tags[order], axis=0) != 0).any(axis=1)) + 1
-    for own in np.split(order, cuts):
-        yield (int(dim_tags[own[0], 0]), int(dim_tags[own[0], 1])), own
+    order = np.lexsort((keys[:, 1], keys[:, 0]))
+    ordered = keys[order]
+    cuts = np.flatnonzero((ordered[1:] != ordered[:-1]).any(axis=1)) + 1
+    for here in np.split(order, cuts):
+        yield (int(keys[here[0], 0]), int(keys[here[0], 1])), here
 
 
 def _write_nodes_41(stream: BinaryIO, points: Array, dim_tags: Array, binary: bool) -> None:
-    groups = list(_groups_of_nodes(dim_tags))
+    groups = list(_groups(dim_tags))
     stream.write(b"$Nodes\n")
     _put(stream, binary, ("u8", [len(groups), len(points), min(1, len(points)), len(points)]))
     for key, own in groups:

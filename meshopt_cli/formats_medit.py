@@ -14,7 +14,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from .formats_text import numbers, write_rows
+from .formats_text import UnreadableError, numbers, write_rows
 from .mesh import Array, Block, Mesh
 
 log = logging.getLogger("meshopt")
@@ -69,7 +69,7 @@ def read(data: bytes, binary: bool) -> Mesh:
 
     Raises
     ------
-    ValueError
+    UnreadableError
         The file is truncated or malformed.
     """
     points, refs, blocks, dropped = None, None, [], []
@@ -82,7 +82,7 @@ def read(data: bytes, binary: bool) -> Mesh:
         else:
             dropped.append(name)
     if points is None or refs is None:
-        raise ValueError("there are no Vertices in it")
+        raise UnreadableError("there are no Vertices in it")
     if dropped:
         log.warning("the sections %s of the Medit file are dropped", ", ".join(dropped))
     return Mesh(points, blocks, {REF: refs})
@@ -111,7 +111,7 @@ def _text_sections(data: bytes) -> Iterator[_Section]:
             dimension = _one_of(name, body, (2, 3))
         elif name == "Vertices":
             if not version or not dimension:
-                raise ValueError("Vertices come before MeshVersionFormatted and Dimension")
+                raise UnreadableError("Vertices come before MeshVersionFormatted and Dimension")
             rows = _rows(name, numbers(body, float), dimension + 1)
             real = np.float32 if version == 1 else np.float64
             yield name, (rows[:, :-1].astype(real), rows[:, -1].astype(np.int64))
@@ -126,7 +126,7 @@ def _text_sections(data: bytes) -> Iterator[_Section]:
 def _one_of(name: str, body: bytes, known: tuple[int, ...]) -> int:
     values = numbers(body, int)
     if len(values) != 1 or values[0] not in known:
-        raise ValueError(f"{name} is not one of {', '.join(map(str, known))}")
+        raise UnreadableError(f"{name} is not one of {', '.join(map(str, known))}")
     return int(values[0])
 
 
@@ -134,7 +134,7 @@ def _rows(name: str, values: Array, width: int) -> Array:
     """Shape what stands in a section, which starts with the number of rows."""
     n = int(values[0]) if len(values) else -1
     if n < 0 or len(values) != 1 + n * width:
-        raise ValueError(f"{name} do not hold as many numbers as they announce")
+        raise UnreadableError(f"{name} do not hold as many numbers as they announce")
     return values[1:].reshape(n, width)
 
 
@@ -156,13 +156,13 @@ def _binary_sections(data: bytes) -> Iterator[_Section]:
     def take(dtype: np.dtype, count: int = 1) -> Array:
         nonlocal at
         if count < 0 or at + count * dtype.itemsize > len(data):
-            raise ValueError("it ends in the middle of a section")
+            raise UnreadableError("it ends in the middle of a section")
         at += count * dtype.itemsize
         return np.frombuffer(data, dtype, count, at - count * dtype.itemsize)
 
     version = int(take(code_type)[0])
     if version not in (1, 2, 3, 4):
-        raise ValueError(f"version {version} is not one of 1, 2, 3, 4")
+        raise UnreadableError(f"version {version} is not one of 1, 2, 3, 4")
     real, integer, position = _layout(version, order)
     while True:
         code, after = int(take(code_type)[0]), int(take(position)[0])
@@ -171,10 +171,10 @@ def _binary_sections(data: bytes) -> Iterator[_Section]:
         if code == _DIMENSION:
             dimension = int(take(code_type)[0])
             if dimension not in (2, 3):
-                raise ValueError(f"Dimension is {dimension}")
+                raise UnreadableError(f"Dimension is {dimension}")
         elif code == _VERTICES:
             if not dimension:
-                raise ValueError("Vertices come before Dimension")
+                raise UnreadableError("Vertices come before Dimension")
             row = np.dtype([("x", real, (dimension,)), ("ref", integer)])
             rows = take(row, int(take(integer)[0]))
             x = rows["x"].astype(real.newbyteorder("="))
@@ -186,7 +186,7 @@ def _binary_sections(data: bytes) -> Iterator[_Section]:
             yield name, (rows[:, :-1] - 1, rows[:, -1].copy())
         else:
             if after <= at or after > len(data):
-                raise ValueError("it ends in the middle of a section")
+                raise UnreadableError("it ends in the middle of a section")
             if int(take(integer)[0]):
                 yield _OTHER_CODES.get(code, f"of code {code}"), None
             at = after

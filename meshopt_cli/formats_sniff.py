@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass
 
 from . import formats_gmsh
+from .formats_text import UnreadableError
 
 HEAD = 1 << 20  # bytes that are enough to tell
 
@@ -51,7 +52,7 @@ def encoding_of(head: bytes) -> Encoding | None:
 
     Raises
     ------
-    ValueError
+    UnreadableError
         It is a known kind, of a version that is not supported.
     """
     return next(filter(None, (look(head) for look in _SNIFFERS)), None)
@@ -59,7 +60,7 @@ def encoding_of(head: bytes) -> Encoding | None:
 
 def _sniff_gmsh(head: bytes) -> Encoding | None:
     if head.lstrip().startswith((b"$NOD", b"$PARA", b"$ELM")):
-        raise ValueError("Gmsh format 1 is not supported: save it as 4.1 or 2.2")
+        raise UnreadableError("Gmsh format 1 is not supported: save it as 4.1 or 2.2")
     header = re.search(rb"^\$MeshFormat\s*?\n", head, re.MULTILINE)
     if not header or not head.lstrip().startswith(b"$"):
         return None
@@ -104,5 +105,3 @@ def _sniff_medit(head: bytes) -> Encoding | None:
 
 
 _SNIFFERS = (_sniff_gmsh, _sniff_vtk, _sniff_vtu, _sniff_medit)
-
-

@@ -69,13 +69,19 @@ def _number_entities(blocks: list[Block]) -> None:
 
 
 def for_medit(mesh: Mesh) -> tuple[Mesh, list[str]]:
-    """Fit a mesh for Medit: its reference is the physical group, else the entity."""
+    """Fit a mesh for Medit: its reference is the physical group, else the entity.
+
+    The entity stands for the group where no cell of that dimension is in a group.
+    """
     dropped = _model(mesh)
-    keys = [key for key in (REF, PHYSICAL, GEOMETRICAL) if _present(mesh.blocks, key)]
+    held = _held(mesh.blocks, CELL_TYPES, dropped)
     blocks = []
-    for block in _held(mesh.blocks, CELL_TYPES, dropped):
+    for block in held:
+        alike = [b for b in held if dimension_of(b.type) == dimension_of(block.type)]
+        keys = [key for key in (REF, PHYSICAL, GEOMETRICAL) if _present(alike, key)]
         refs = _tags(block.data.get(keys[0])) if keys else None
-        dropped += [name for name in block.data if name not in keys[:1]]
+        zero = [PHYSICAL] if PHYSICAL not in keys else []
+        dropped += [name for name in block.data if name not in (*keys[:1], *zero)]
         blocks.append(Block(block.type, block.cells, {} if refs is None else {REF: refs}))
     dropped += [name for name in mesh.point_data if name not in (REF, DIM_TAGS)]
     refs = _tags(mesh.point_data.get(REF))
@@ -99,7 +105,7 @@ def for_vtk(mesh: Mesh, known: Collection[str], *, legacy: bool) -> tuple[Mesh, 
         True for the format without XML, whose names are without blanks.
     """
     dropped = _model(mesh)
-    held = _held(mesh.blocks, known, dropped)
+    held = [block for block in _held(mesh.blocks, known, dropped) if len(block.cells)]
     blocks = [Block(block.type, block.cells) for block in held]
     for name in dict.fromkeys(name for block in held for name in block.data):
         values = [_plain(block.data.get(name)) for block in held]
@@ -194,5 +200,6 @@ def _views(data: dict[str, Array], but: tuple[str, ...], dropped: list[str]) -> 
 
 
 def _name(name: str, legacy: bool) -> str:
-    """Spell a name as VTK does in its older format: no blanks."""
+    """Spell a name without what XML cannot hold, or as VTK does without XML: no blanks."""
+    name = "".join(letter if letter.isprintable() else "_" for letter in name)
     return quote(name, safe=PRINTABLE) if legacy else name

@@ -14,6 +14,10 @@ from .mesh import Array
 CHUNK = 1 << 16
 
 
+class UnreadableError(ValueError):
+    """What a file holds cannot be read, for a reason that the user can be told."""
+
+
 def numbers(text: bytes, dtype: type) -> Array:
     """Parse numbers parted by blanks or line ends.
 
@@ -26,7 +30,7 @@ def numbers(text: bytes, dtype: type) -> Array:
 
     Raises
     ------
-    ValueError
+    UnreadableError
         Something in the text is not a number of that type.
     """
     if not text or text.isspace():
@@ -37,7 +41,7 @@ def numbers(text: bytes, dtype: type) -> Array:
         try:
             return np.fromstring(text, dtype=dtype, sep=" ")
         except (DeprecationWarning, ValueError):
-            raise ValueError("a number was expected, and something else found") from None
+            raise UnreadableError("a number was expected, and something else found") from None
 
 
 def write_rows(stream: BinaryIO, row: str, columns: Iterable[Array]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -21,10 +22,15 @@ ROOM = 1.15
 
 @dataclass(frozen=True)
 class Standing:
-    """How good a mesh is: the worst q decides, then the mean Q."""
+    """How good a mesh is: the worst q decides, then the mean Q.
+
+    `tail` is the mean Q of the worst hundredth of the cells: it shows progress that neither
+    the worst cell nor the mean of all does.
+    """
 
     worst: float
     mean: float
+    tail: float
 
     def is_better_than(self, other: Standing) -> bool:
         """Whether this is a real gain, rounding noise left aside."""
@@ -100,8 +106,11 @@ class Workspace:
     def standing(self) -> Standing:
         q = self.mesh.quality[self.living()]
         worst = float(q.min())
-        mean = float(np.mean(1.0 / q)) if worst > 0.0 else float("inf")
-        return Standing(worst, mean)
+        if worst <= 0.0:
+            return Standing(worst, math.inf, math.inf)
+        n_tail = max(len(q) // 100, min(len(q), 10))
+        tail = np.partition(q, n_tail - 1)[:n_tail]
+        return Standing(worst, float(np.mean(1.0 / q)), float(np.mean(1.0 / tail)))
 
     # What to visit -------------------------------------------------------------------
 

@@ -4,34 +4,45 @@ from __future__ import annotations
 
 from ._jit import kernel
 
-STRICT, RATIO, VALID = range(3)
+STRICT, RATIO, FLOOR, VALID = range(4)
 
-# A gain smaller than this is rounding noise: taking it would keep rounds going for ever.
-GAIN = 1e-6
+# Least gain, as a part of the worst q: taking less would keep rounds going for ever.
+GAIN = 1e-3
 
 
 @kernel
-def is_accepted(rule, floor, before, after):
-    """Whether the worst q of a patch may go from `before` to `after`.
-
-    Parameters
-    ----------
-    rule : int
-        STRICT: the worst must rise. RATIO: it may not fall below `floor` times what it
-        was. VALID: all cells must stay positive.
-    """
-    if rule == STRICT:
-        return after > before + GAIN
-    if rule == RATIO:
-        return after > 0.0 and after >= floor * before
-    return after > 0.0
+def gained(before):
+    """The least worst q that counts as a gain over `before`."""
+    return before + GAIN * abs(before)
 
 
 @kernel
 def threshold(rule, floor, before):
-    """The worst q below which a simulation can stop at once."""
+    """The worst q that a patch must exceed (STRICT, VALID) or reach to be accepted.
+
+    A simulation can stop at the first cell below it.
+
+    Parameters
+    ----------
+    rule : int
+        STRICT: the worst q must rise. RATIO: it may not fall below `floor` times what it
+        was. FLOOR: it may fall, but not below `floor`. VALID: all cells must stay positive.
+    before : float
+        Worst q of the patch as it is.
+    """
     if rule == STRICT:
-        return before + GAIN
+        return gained(before)
     if rule == RATIO:
         return max(0.0, floor * before)
+    if rule == FLOOR:
+        return max(0.0, min(before, floor))
     return 0.0
+
+
+@kernel
+def is_accepted(rule, floor, before, after):
+    """Whether the worst q of a patch may go from `before` to `after`."""
+    stop = threshold(rule, floor, before)
+    if rule in (RATIO, FLOOR):
+        return after > 0.0 and after >= stop
+    return after > stop

@@ -187,8 +187,13 @@ def apply_collapse(mesh, plan, scratch):
 
 
 @kernel
-def collapse_cell(mesh, cell, how, scratch, counts):
+def collapse_cell(mesh, cell, victim, how, scratch, counts):
     """Try the edges of a cell in turn, each in its three placements.
+
+    Parameters
+    ----------
+    victim : int
+        The only vertex that may vanish; -1 for any.
 
     Returns
     -------
@@ -199,7 +204,11 @@ def collapse_cell(mesh, cell, how, scratch, counts):
     for edge in range(6 if tets else 3):
         a = mesh.cells[cell, TET_EDGES[edge, 0] if tets else TRI_EDGES[edge, 0]]
         b = mesh.cells[cell, TET_EDGES[edge, 1] if tets else TRI_EDGES[edge, 1]]
+        if victim not in (-1, a, b):
+            continue
         for placement in range(3 if how.midpoint else 2):
+            if victim != -1 and victim != (a if placement == 0 else b):
+                continue
             if placement == 0:
                 plan = simulate_collapse(mesh, a, b, how, scratch)
             elif placement == 1:
@@ -214,8 +223,14 @@ def collapse_cell(mesh, cell, how, scratch, counts):
 
 
 @entry
-def sweep_collapse(mesh, order, how, scratch, counts):
-    """Try the edges of each cell in turn; see `shell_swap.sweep_swap`."""
+def sweep_collapse(mesh, order, victims, how, scratch, counts):
+    """Try the edges of each cell in turn; see `shell_swap.sweep_swap`.
+
+    Parameters
+    ----------
+    order, victims : (n,) int64
+        Cells to visit, and for each the only vertex that may vanish there, -1 for any.
+    """
     for i in range(order.shape[0]):
         if mesh.alive[order[i]]:
-            collapse_cell(mesh, order[i], how, scratch, counts)
+            collapse_cell(mesh, order[i], victims[i], how, scratch, counts)

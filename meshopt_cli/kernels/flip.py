@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from ._jit import entry, kernel
@@ -94,15 +95,23 @@ def apply_flip(mesh, plan):
 
 
 @entry
-def sweep_flip(mesh, order, rule, floor, scratch, counts):
+def sweep_flip(mesh, order, how, scratch, counts):
     """Try the three edges of each triangle in turn; see `shell_swap.sweep_swap`."""
     for i in range(order.shape[0]):
         cell = order[i]
         if not mesh.alive[cell]:
             continue
+        best = -1
+        best_worst = -math.inf
         for local in range(3):
-            plan = simulate_flip(mesh, 4 * cell + local, rule, floor)
-            counts[plan.verdict] += 1
-            if plan.verdict == APPLIED:
-                apply_flip(mesh, plan)
-                break
+            plan = simulate_flip(mesh, 4 * cell + local, how.rule, how.floor)
+            counts[plan.verdict] += plan.verdict != APPLIED
+            worst = min(plan.q_one, plan.q_other)
+            if plan.verdict == APPLIED and worst > best_worst:
+                best = local
+                best_worst = worst
+                if not how.pick_best:
+                    break
+        if best >= 0:
+            apply_flip(mesh, simulate_flip(mesh, 4 * cell + best, how.rule, how.floor))
+            counts[APPLIED] += 1

@@ -310,3 +310,17 @@ def angle_range(points, cells):
         least = min(least, low)
         greatest = max(greatest, high)
     return least, greatest
+
+
+@entry
+def angle_sums(points, cells, out):
+    """Angle that the cells fill around each vertex, added to `out` (np,): 2 pi or 4 pi inside."""
+    for i in range(cells.shape[0]):
+        for k in range(cells.shape[1]):
+            apex = at(points, cells[i, k])
+            a = at(points, cells[i, (k + 1) % cells.shape[1]])
+            b = at(points, cells[i, (k + 2) % cells.shape[1]])
+            if cells.shape[1] == 4:
+                out[cells[i, k]] += solid_angle(apex, a, b, at(points, cells[i, (k + 3) % 4]))
+            else:
+                out[cells[i, k]] += angle_between(minus(a, apex), minus(b, apex))

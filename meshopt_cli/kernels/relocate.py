@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ._jit import entry, kernel
-from .accept import GAIN, is_accepted, threshold
+from .accept import gained, is_accepted, threshold
 from .ball import gather_ball, longest_edge_at, next_stamp, quality_at, touch, worst_of
 from .geometry import Vec, along, at, distance, dot, norm, tet_ideal_point, toward, tri_ideal_point
 from .tables import TET_FACETS, TRI_FACETS
@@ -211,18 +211,18 @@ def climb(mesh, ball, n, p, worst, size, scratch):
         length = norm(d)
         if length * size < 1e-3:
             break
-        gained = False
+        moved = False
         while step > SHORTEST * size:
             q = rounded(mesh, along(p, d, step / length))
             after = worst_at(mesh, ball, n, q, worst)
-            if after > worst + GAIN:
+            if after > gained(worst):
                 # A longer stride may do better still.
                 p = q
                 worst = after
-                gained = True
+                moved = True
                 break
             step *= 0.5
-        if not gained:
+        if not moved:
             break
         step *= 1.6
     return p, worst
@@ -246,7 +246,7 @@ def simulate_relocation(mesh, vertex, how, scratch):
     if how.method == OPTIMIZE:
         size = longest_edge_at(mesh, ball, n, p)
         q, worst = climb(mesh, ball, n, p, before, size, scratch)
-        verdict = APPLIED if worst > before + GAIN else NOT_BETTER
+        verdict = APPLIED if worst > gained(before) else NOT_BETTER
         return RelocationPlan(verdict, n, q, worst)
     if how.method == QUALITY:
         goal = ideal_mean(mesh, ball, n, how.weight)

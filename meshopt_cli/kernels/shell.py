@@ -6,6 +6,11 @@ from ._jit import kernel
 from .ball import local_index
 from .types import MAX_SHELL
 
+# What `gather_shell` returns in place of a number of tets.
+SHELL_OPEN = 0
+SHELL_OVERFLOW = -1
+SHELL_ELSEWHERE = -2
+
 
 @kernel
 def is_required(mesh, a, b):
@@ -34,27 +39,27 @@ def gather_shell(mesh, cell, a, b, c, d, scratch):
     Returns
     -------
     n : int
-        Number of tets of a closed shell; 0 when the shell is open (the edge lies on the
-        boundary or an interface); -1 when it does not fit; -2 when another of its tets is
-        worse than the first (or as bad, with a lower number), from which the shell is
-        better looked at.
+        Number of tets of a closed shell; SHELL_OPEN when the edge lies on the boundary or
+        an interface; SHELL_OVERFLOW when the shell does not fit; SHELL_ELSEWHERE when another
+        of its tets is worse than the first (or as bad, with a lower number): each shell is
+        looked at from its worst tet only.
     """
     first = cell
     n = 0
     while True:
         if n == MAX_SHELL:
-            return -1
+            return SHELL_OVERFLOW
         if n > 0 and (
             mesh.quality[cell] < mesh.quality[first]
             or (mesh.quality[cell] == mesh.quality[first] and cell < first)
         ):
-            return -2
+            return SHELL_ELSEWHERE
         scratch.shell[n] = cell
         scratch.ring[n] = c
         n += 1
         beyond = mesh.neighbours[cell, local_index(mesh.cells, cell, c)]
         if beyond < 0:
-            return 0
+            return SHELL_OPEN
         cell = beyond >> 2
         if cell == first:
             return n

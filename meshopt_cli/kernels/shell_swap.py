@@ -6,6 +6,7 @@ dynamic programme of Klincsek (1980), which finds the same optimum in O(n^3).
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from ._jit import entry, kernel
@@ -13,9 +14,20 @@ from .accept import is_accepted, threshold
 from .cavity import has_room, replace_tets
 from .geometry import at
 from .measures import tet_quality
-from .shell import gather_shell, is_required
+from .shell import SHELL_ELSEWHERE, SHELL_OVERFLOW, gather_shell, is_required
 from .tables import TET_EDGES, TET_FACETS
 from .types import APPLIED, FIXED, FULL, INVALID, NOT_BETTER, TOO_LARGE
+
+# The shell is looked at from another of its tets: no attempt, and no verdict.
+NOT_VISITED = -1
+
+
+class Swap(NamedTuple):
+    """Which swaps are wanted."""
+
+    rule: int
+    floor: float
+    pick_best: bool  # the best of all swaps of a cell, not the first accepted
 
 
 class SwapPlan(NamedTuple):
@@ -123,7 +135,7 @@ def triangulate_ring(mesh, a, b, n, stop, scratch):
 def collect_ring(a, b, n, scratch):
     """Write the tets of the best triangulation to `scratch.created`; returns how many."""
     ring = scratch.ring
-    # Parts still to be taken apart wait in the lower triangle of `split`, which is free.
+    # The parts still to be taken apart wait in `facets`.
     stack = scratch.facets
     stack[0, 0] = 0
     stack[0, 1] = n - 1
@@ -163,10 +175,10 @@ def simulate_edge_swap(mesh, handle, rule, floor, scratch):
     c = mesh.cells[cell, TET_EDGES[edge, 2]]
     d = mesh.cells[cell, TET_EDGES[edge, 3]]
     n = gather_shell(mesh, cell, a, b, c, d, scratch)
-    if n == -1:
+    if n == SHELL_OVERFLOW:
         return SwapPlan(TOO_LARGE, 0, 0, 0.0)
-    if n == -2:
-        return SwapPlan(-1, 0, 0, 0.0)
+    if n == SHELL_ELSEWHERE:
+        return SwapPlan(NOT_VISITED, 0, 0, 0.0)
     if n < 3 or is_required(mesh, a, b):
         return SwapPlan(FIXED, 0, 0, 0.0)
     before = mesh.quality[cell]
@@ -187,8 +199,41 @@ def apply_swap(mesh, plan, scratch):
     replace_tets(mesh, scratch.shell, plan.n_old, plan.n_new, scratch)
 
 
+@kernel
+def best_swap(mesh, cell, how, scratch, counts):
+    """Simulate the swaps of a tet's six edges and four faces.
+
+    Returns
+    -------
+    handle : int
+        Of the swap to apply: an edge 0..5 or 6 + a face 0..3; -1 when none is accepted. The
+        first one, or with `how.pick_best` the one that leaves the best worst q.
+    """
+    best = -1
+    best_worst = -math.inf
+    for handle in range(10):
+        plan = simulate_swap(mesh, cell, handle, how, scratch)
+        if plan.verdict == NOT_VISITED:
+            continue
+        counts[plan.verdict] += plan.verdict != APPLIED
+        if plan.verdict == APPLIED and plan.worst > best_worst:
+            best = handle
+            best_worst = plan.worst
+            if not how.pick_best:
+                break
+    return best
+
+
+@kernel
+def simulate_swap(mesh, cell, handle, how, scratch):
+    """Simulate the swap of an edge 0..5 or of a face 6..9 of a tet."""
+    if handle < 6:
+        return simulate_edge_swap(mesh, 8 * cell + handle, how.rule, how.floor, scratch)
+    return simulate_face_swap(mesh, 4 * cell + handle - 6, how.rule, how.floor, scratch)
+
+
 @entry
-def sweep_swap(mesh, order, rule, floor, scratch, counts):
+def sweep_swap(mesh, order, how, scratch, counts):
     """Try, for each tet in turn, its six edges, then its four faces.
 
     Parameters
@@ -202,20 +247,8 @@ def sweep_swap(mesh, order, rule, floor, scratch, counts):
         cell = order[i]
         if not mesh.alive[cell]:
             continue
-        swapped = False
-        for edge in range(6):
-            plan = simulate_edge_swap(mesh, 8 * cell + edge, rule, floor, scratch)
-            if plan.verdict >= 0:
-                counts[plan.verdict] += 1
-            if plan.verdict == APPLIED:
-                apply_swap(mesh, plan, scratch)
-                swapped = True
-                break
-        if swapped:
-            continue
-        for local in range(4):
-            plan = simulate_face_swap(mesh, 4 * cell + local, rule, floor, scratch)
-            counts[plan.verdict] += 1
-            if plan.verdict == APPLIED:
-                apply_swap(mesh, plan, scratch)
-                break
+        handle = best_swap(mesh, cell, how, scratch, counts)
+        if handle >= 0:
+            plan = simulate_swap(mesh, cell, handle, how, scratch)
+            apply_swap(mesh, plan, scratch)
+            counts[APPLIED] += 1

@@ -1,0 +1,14 @@
+"""The passes, one file each. `PASSES` is the list that flags, configs and docs follow."""
+
+from __future__ import annotations
+
+from .base import Observer, Operator, Pass, Silent, Tally
+from .check import Check
+from .collapse import Collapse
+from .relax import Relax
+from .smooth import Smooth
+from .swap import Swap
+
+PASSES: dict[str, type[Pass]] = {p.name: p for p in (Check, Smooth, Swap, Collapse, Relax)}
+
+__all__ = ["PASSES", "Observer", "Operator", "Pass", "Silent", "Tally"]

@@ -1,0 +1,190 @@
+"""What every pass is: its options, how it chooses what to visit, and what it reports."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields
+from typing import Any, ClassVar, Protocol
+
+import numpy as np
+
+from ..errors import ConfigError
+from ..kernels import accept as rules
+from ..kernels.types import N_VERDICTS, Verdict
+from ..workspace import Workspace
+
+Array = np.ndarray
+
+ACCEPT = {
+    "strict": rules.STRICT,
+    "ratio": rules.RATIO,
+    "floor": rules.FLOOR,
+    "valid": rules.VALID,
+}
+ORDERS = ("worst-first", "index", "random")
+
+
+def option(
+    default: Any,
+    help: str,
+    choices: tuple[str, ...] = (),
+    least: float | None = None,
+    most: float | None = None,
+) -> Any:
+    """A field of a pass that is at once a config key, a `--set` key and a line of the docs."""
+    return field(
+        default=default,
+        metadata={"help": help, "choices": choices, "least": least, "most": most},
+    )
+
+
+class Observer(Protocol):
+    """Somebody who watches a pass at work: a progress bar, a clock."""
+
+    def start(self, name: str, total: int) -> None:
+        """A sweep over so many entities begins."""
+
+    def advance(self, by: int) -> None:
+        """So many more were visited. May raise to stop the work: the mesh is whole here."""
+
+
+class Silent:
+    """The observer that does nothing."""
+
+    def start(self, name: str, total: int) -> None:
+        pass
+
+    def advance(self, by: int) -> None:
+        pass
+
+
+@dataclass
+class Tally:
+    """What one run of a pass did."""
+
+    name: str
+    counts: Array = field(default_factory=lambda: np.zeros(N_VERDICTS, dtype=np.int64))
+    seconds: float = 0.0
+
+    @property
+    def visited(self) -> int:
+        """Number of attempts."""
+        return int(self.counts.sum())
+
+    @property
+    def applied(self) -> int:
+        return int(self.counts[Verdict.APPLIED])
+
+    @property
+    def refused(self) -> dict[str, int]:
+        """Number of refusals by verdict, those that occurred."""
+        return {
+            v.name.lower().replace("_", "-"): int(self.counts[v])
+            for v in Verdict
+            if v != Verdict.APPLIED and self.counts[v]
+        }
+
+
+@dataclass
+class Pass:
+    """Base of all passes; the dataclass fields are the options."""
+
+    name: ClassVar[str] = ""
+    summary: ClassVar[str] = ""
+
+    def __post_init__(self) -> None:
+        self._since: dict[str, int] = {}
+        for f in fields(self):
+            self._check_option(f.name, f.metadata)
+
+    def _check_option(self, name: str, metadata: Any) -> None:
+        value = getattr(self, name)
+        shown = f"{self.name}.{name.replace('_', '-')}"
+        if metadata["choices"] and value not in metadata["choices"]:
+            choices = ", ".join(metadata["choices"])
+            raise ConfigError(f"{shown}: {value!r} is not one of {choices}")
+        least, most = metadata["least"], metadata["most"]
+        if (least is not None and not value >= least) or (most is not None and not value <= most):
+            limits = f"at least {least}" if most is None else f"from {least} to {most}"
+            raise ConfigError(f"{shown}: {value} is out of range, must be {limits}")
+
+    def forget(self) -> None:
+        """Visit everything again at the next run: the mesh is another one now."""
+        self._since.clear()
+
+    def run(self, work: Workspace, observer: Observer) -> Tally:
+        """Apply the pass to the mesh once."""
+        tally = Tally(self.name)
+        start = time.perf_counter()
+        self.sweep(work, tally, observer)
+        tally.seconds = time.perf_counter() - start
+        return tally
+
+    def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+        raise AssertionError("every pass has a sweep of its own")
+
+
+@dataclass
+class Operator(Pass):
+    """A pass that visits entities one by one and may change the mesh at each."""
+
+    below: float = option(
+        1.0, "visit only where the worst Q is above this; 1: everywhere", least=1.0
+    )
+    accept: str = option(
+        "strict",
+        "when a change is taken: the worst Q of its patch falls (strict), does not rise beyond "
+        "1/floor of what it was (ratio), does not rise above 1/floor (floor), or all cells "
+        "stay positive (valid)",
+        choices=tuple(ACCEPT),
+    )
+    floor: float = option(
+        0.5, "least quality 1/Q, or part of the quality before, that `accept` allows",
+        least=0.0, most=1.0,
+    )  # fmt: skip
+    order: str = option("worst-first", "order of the visits", choices=ORDERS)
+    seed: int = option(0, "seed of the random order", least=0)
+
+    @property
+    def limit(self) -> float:
+        """The q below which an entity is visited."""
+        return 1.0 / self.below
+
+    @property
+    def rule(self) -> int:
+        return ACCEPT[self.accept]
+
+    def since(self, work: Workspace, key: str) -> int:
+        """Clock of the last sweep of this kind, 0 at the first; starts the next one."""
+        last = self._since.get(key, 0)
+        self._since[key] = work.next_sweep()
+        return last
+
+    def ordered(self, work: Workspace, entities: Array, quality: Array) -> Array:
+        """The entities in the order of the visits; ties by number."""
+        if self.order == "worst-first":
+            return entities[np.argsort(quality, kind="stable")]
+        if self.order == "random":
+            generator = np.random.default_rng([self.seed, int(work.mesh.state[2])])
+            return generator.permutation(entities)
+        return entities
+
+    def visit(
+        self,
+        work: Workspace,
+        order: Array,
+        kernel: Callable[[Array], None],
+        tally: Tally,
+        observer: Observer,
+    ) -> None:
+        """Run a kernel over the entities in chunks, making room for cells when it is short."""
+        observer.start(self.name, len(order))
+        for chunk in work.chunks(order):
+            full = tally.counts[Verdict.FULL]
+            kernel(chunk)
+            if tally.counts[Verdict.FULL] > full:
+                work.grow()
+                tally.counts[Verdict.FULL] = full
+                kernel(chunk)
+            observer.advance(len(chunk))

@@ -1,0 +1,48 @@
+"""check: the audit of the working mesh. The only pass that never changes anything."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ..errors import InvariantError
+from ..kernels.audit import NOT_IN_BALL, NOT_MUTUAL, NOT_POSITIVE, NOT_SHARED, WHOLE, audit
+from ..kernels.measures import measure_cells
+from ..workspace import Workspace
+from .base import Observer, Pass, Tally
+
+FAULTS = {
+    NOT_POSITIVE: "is flat or inverted",
+    NOT_MUTUAL: "has a neighbour that does not lead back",
+    NOT_SHARED: "shares no facet with its neighbour",
+    NOT_IN_BALL: "has a vertex whose ball is lost",
+}
+
+
+@dataclass
+class Check(Pass):
+    """Prove that every cell is positive and knows its neighbours."""
+
+    name: ClassVar[str] = "check"
+    summary: ClassVar[str] = "proves that the mesh is whole; changes nothing"
+
+    def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+        """Audit the mesh.
+
+        Raises
+        ------
+        InvariantError
+            A cell breaks a promise of the operators.
+        """
+        rows = work.living()
+        fault, cell = audit(work.mesh)
+        if fault != WHOLE:
+            raise InvariantError(f"cell {cell} of the working mesh {FAULTS[fault]}")
+        quality = np.empty(len(rows))
+        measure_cells(work.mesh.measure, work.mesh.points, work.mesh.cells[rows], quality)
+        # The order of a cell's vertices changes the rounding of its q, and nothing more.
+        stale = np.flatnonzero(np.abs(quality - work.mesh.quality[rows]) > 1e-9)
+        if len(stale):
+            raise InvariantError(f"cell {rows[stale[0]]} of the working mesh has a stale quality")

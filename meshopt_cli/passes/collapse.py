@@ -1,0 +1,42 @@
+"""collapse: an edge becomes a point, and a vertex vanishes (18.4.2)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ..kernels.collapse import Collapse as How
+from ..kernels.collapse import sweep_collapse
+from ..workspace import Workspace
+from .base import Observer, Operator, Tally, option
+
+
+@dataclass
+class Collapse(Operator):
+    """Remove internal vertices where the cells around them gain by it."""
+
+    name: ClassVar[str] = "collapse"
+    summary: ClassVar[str] = "removes internal vertices where quality gains by it (18.4.2)"
+
+    below: float = option(3.0, "visit only cells whose Q is above this", least=1.0)
+    placement: str = option(
+        "any",
+        "where the two ends meet (Figure 18.11): at one of them (ends), or also half way between",
+        choices=("any", "ends"),
+    )
+    max_growth: float = option(
+        1.5, "longest new edge, over the longest edge of the balls it replaces", least=0.0
+    )
+
+    def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+        how = How(self.rule, self.floor, self.max_growth, self.placement == "any")
+        cells, quality = work.changed_cells(self.since(work, "edges"), self.limit)
+        order = self.ordered(work, cells, quality)
+
+        def kernel(chunk):
+            anyone = np.full(len(chunk), -1, dtype=np.int64)
+            sweep_collapse(work.mesh, chunk, anyone, how, work.scratch, tally.counts)
+
+        self.visit(work, order, kernel, tally, observer)

@@ -1,0 +1,115 @@
+"""relax: vertex degrees nearer to the best (18.4.2, Remark 18.15)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from .. import adjacency
+from ..kernels import relocate
+from ..kernels.collapse import Collapse, sweep_collapse
+from ..kernels.measures import angle_sums
+from ..kernels.relax import sweep_relax
+from ..kernels.shell_swap import Swap
+from ..workspace import Workspace
+from .base import Observer, Operator, Tally, option
+from .smooth import RELAXATION
+
+Array = np.ndarray
+
+
+def target_degrees(work: Workspace) -> Array:
+    """The degree each vertex should have, (np,) float64: 6 in a plane ball, 12 in a full one.
+
+    On the boundary it follows from the angle the cells fill: a ball takes 6 triangles or 20
+    tets, and the edges around a vertex are by Euler's relation one more than those triangles,
+    and 1 + (tets + surface triangles) / 2.
+    """
+    mesh = work.mesh
+    cells = mesh.cells[work.living()]
+    angle = np.zeros(len(mesh.points))
+    angle_sums(mesh.points, cells, angle)
+    beyond = mesh.neighbours[work.living()]
+    rim = np.bincount(
+        adjacency.boundary_facets(cells, beyond).ravel(), minlength=len(mesh.points)
+    )
+    if work.dimension == 2:
+        n_cells = np.maximum(np.round(6.0 * angle / (2.0 * np.pi)), 1.0)
+        return np.where(rim > 0, n_cells + 1.0, 6.0)
+    n_cells = np.maximum(20.0 * angle / (4.0 * np.pi), 1.0)
+    return np.where(rim > 0, np.round(1.0 + 0.5 * (n_cells + rim)), 12.0)
+
+
+@dataclass
+class Relax(Operator):
+    """Bring degrees nearer to 6 (triangles) or 12 (tetrahedra)."""
+
+    name: ClassVar[str] = "relax"
+    summary: ClassVar[str] = "brings vertex degrees nearer to 6 or 12 (18.4.2)"
+
+    accept: str = option(
+        "floor", "as in swap; here quality may fall while degrees gain", choices=("floor", "strict")
+    )
+    floor: float = option(
+        0.3, "least quality 1/Q of a patch; one that is worse may not get worse still",
+        least=0.0, most=1.0,
+    )  # fmt: skip
+    max_growth: float = option(
+        1.2, "as in collapse, for vertices with far too few neighbours", least=0.0
+    )
+
+    def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+        self._collapse(work, tally, observer)
+        self._swap(work, tally, observer)
+        self._relocate(work, tally, observer)
+
+    def _collapse(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+        """Remove internal vertices of degree 3 (plane) or 4 (space): nothing else raises it."""
+        rows = work.living()
+        cells = work.mesh.cells[rows]
+        degree = adjacency.degrees(cells, len(work.mesh.points))
+        poor = (degree == work.dimension + 1) & ~work.mesh.fixed
+        where, corner = np.nonzero(poor[cells])
+        order, victims = rows[where], cells[where, corner]
+        how = Collapse(self.rule, self.floor, self.max_growth, False)
+
+        def kernel(chunk):
+            sweep_collapse(
+                work.mesh, order[chunk], victims[chunk], how, work.scratch, tally.counts
+            )
+
+        work.next_sweep()
+        self.visit(work, np.arange(len(order)), kernel, tally, observer)
+
+    def _swap(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+        cells = work.mesh.cells[work.living()]
+        degree = adjacency.degrees(cells, len(work.mesh.points)).astype(np.float64)
+        target = target_degrees(work)
+        how = Swap(self.rule, self.floor, False)
+        rows, quality = work.changed_cells(self.since(work, "shells"), self.limit)
+        order = self.ordered(work, rows, quality)
+
+        def kernel(chunk):
+            sweep_relax(work.mesh, chunk, how, degree, target, work.scratch, tally.counts)
+
+        self.visit(work, order, kernel, tally, observer)
+
+    def _relocate(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+        """Let the vertices settle where the new degrees draw them."""
+        how = relocate.Relocation(
+            relocate.QUALITY,
+            relocate.DEGRADATION,
+            RELAXATION[work.dimension],
+            self.rule,
+            self.floor,
+            self.limit,
+        )
+        vertices, worst = work.changed_vertices(self.since(work, "balls"), self.limit)
+        order = self.ordered(work, vertices, worst)
+
+        def kernel(chunk):
+            relocate.sweep_relocation(work.mesh, chunk, how, work.scratch, tally.counts)
+
+        self.visit(work, order, kernel, tally, observer)

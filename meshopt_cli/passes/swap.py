@@ -1,0 +1,35 @@
+"""swap: other cells between the same vertices (18.4.2)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from ..kernels.flip import sweep_flip
+from ..kernels.shell_swap import Swap as How
+from ..kernels.shell_swap import sweep_swap
+from ..workspace import Workspace
+from .base import Observer, Operator, Tally, option
+
+
+@dataclass
+class Swap(Operator):
+    """Flip edges of triangles; swap faces and edges of tetrahedra."""
+
+    name: ClassVar[str] = "swap"
+    summary: ClassVar[str] = "flips edges in the plane, swaps faces and edges in space (18.4.2)"
+
+    pick: str = option(
+        "first", "which of the accepted swaps of a cell is applied", choices=("first", "best")
+    )
+
+    def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+        how = How(self.rule, self.floor, self.pick == "best")
+        sweep = sweep_swap if work.dimension == 3 else sweep_flip
+        cells, quality = work.changed_cells(self.since(work, "shells"), self.limit)
+        order = self.ordered(work, cells, quality)
+
+        def kernel(chunk):
+            sweep(work.mesh, chunk, how, work.scratch, tally.counts)
+
+        self.visit(work, order, kernel, tally, observer)

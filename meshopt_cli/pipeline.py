@@ -1,0 +1,252 @@
+"""Passes in order and in rounds, until there is nothing more to gain (18.5).
+
+`Sequence` runs passes one after the other; `Repeat` runs a sequence in rounds and keeps the
+best mesh it saw; `Either` tries several ways from the same start and keeps the better result.
+The mesh that comes out is never worse than the one that went in.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from .passes import Observer, Pass, Silent, Tally
+from .passes.check import Check
+from .workspace import Standing, Workspace
+
+NO_CHANGE = "no change"
+GAIN_BELOW = "gain below"
+TARGET_REACHED = "target quality"
+ROUNDS_DONE = "rounds"
+TIME_IS_UP = "time limit"
+DONE = "done"
+
+
+@dataclass(frozen=True)
+class Stop:
+    """When rounds end.
+
+    Attributes
+    ----------
+    rounds : int
+        At most so many rounds.
+    gain : float
+        End when a round lowers neither the worst Q, nor the mean Q, nor the mean Q of the
+        worst hundredth of the cells by this part of it.
+    target_quality : float
+        End when the worst Q is at most this; 1 never ends.
+    time_limit : float
+        Seconds from the start of the run.
+    """
+
+    rounds: int = 10
+    gain: float = 1e-3
+    target_quality: float = 1.0
+    time_limit: float = float("inf")
+
+
+@dataclass(frozen=True)
+class Line:
+    """What a pass did in a round, and how the mesh stood after it."""
+
+    round: int
+    tally: Tally
+    standing: Standing
+
+
+class OutOfTime(Exception):
+    """Raised between two chunks of a sweep; the mesh is whole."""
+
+
+@dataclass
+class Clock:
+    """Watches the time limit while passing everything on to another observer."""
+
+    inner: Observer
+    deadline: float
+
+    def start(self, name: str, total: int) -> None:
+        self.inner.start(name, total)
+        self._check()
+
+    def advance(self, by: int) -> None:
+        self.inner.advance(by)
+        self._check()
+
+    def _check(self) -> None:
+        if time.monotonic() > self.deadline:
+            raise OutOfTime
+
+
+@dataclass
+class Outcome:
+    """The mesh of a run, what every pass did, and why it ended."""
+
+    work: Workspace
+    observer: Observer
+    lines: list[Line] = field(default_factory=list)
+    stopped: str = DONE
+
+
+class Stage(Protocol):
+    """A part of a pipeline: changes `outcome.work` and adds to its lines."""
+
+    def run(self, outcome: Outcome, round: int = 0) -> None: ...
+
+    def passes(self) -> Iterator[Pass]: ...
+
+
+@dataclass(frozen=True)
+class Sequence:
+    """Passes, one after the other, once."""
+
+    steps: tuple[Pass, ...]
+
+    def passes(self) -> Iterator[Pass]:
+        yield from self.steps
+
+    def run(self, outcome: Outcome, round: int = 0) -> None:
+        for step in self.steps:
+            tally = step.run(outcome.work, outcome.observer)
+            outcome.lines.append(Line(round, tally, outcome.work.standing()))
+
+
+@dataclass(frozen=True)
+class Repeat:
+    """A sequence in rounds, until a criterion is met; it ends on the best mesh it saw."""
+
+    body: Sequence
+    stop: Stop
+
+    def passes(self) -> Iterator[Pass]:
+        yield from self.body.passes()
+
+    def run(self, outcome: Outcome, round: int = 0) -> None:
+        guard = Guard(outcome, self.passes())
+        outcome.stopped = self._first_reason(guard.best)
+        while not outcome.stopped:
+            round += 1
+            before = outcome.work.standing()
+            n_lines = len(outcome.lines)
+            try:
+                self.body.run(outcome, round)
+            finally:
+                guard.note()
+            changed = any(line.tally.applied for line in outcome.lines[n_lines:])
+            outcome.stopped = self._reason(round, changed, before, outcome.work.standing())
+        guard.restore()
+
+    def _first_reason(self, standing: Standing) -> str:
+        return TARGET_REACHED if self._is_target(standing) else ""
+
+    def _reason(self, round: int, changed: bool, before: Standing, after: Standing) -> str:
+        """Why the rounds end here; empty while they go on."""
+        if not changed:
+            return NO_CHANGE
+        if self._is_target(after):
+            return TARGET_REACHED
+        if gain(before, after) < self.stop.gain:
+            return GAIN_BELOW
+        return ROUNDS_DONE if round >= self.stop.rounds else ""
+
+    def _is_target(self, standing: Standing) -> bool:
+        return self.stop.target_quality > 1.0 and standing.worst * self.stop.target_quality >= 1.0
+
+
+@dataclass(frozen=True)
+class Either:
+    """Several ways from the same start, of which the best end is kept."""
+
+    ways: tuple[tuple[Stage, ...], ...]
+
+    def passes(self) -> Iterator[Pass]:
+        for way in self.ways:
+            for stage in way:
+                yield from stage.passes()
+
+    def run(self, outcome: Outcome, round: int = 0) -> None:
+        start = outcome.work
+        best: Outcome | None = None
+        for way in self.ways:
+            trial = Outcome(start.copy(), outcome.observer)
+            for stage in way:
+                stage.run(trial, round)
+            if best is None or trial.work.standing().is_better_than(best.work.standing()):
+                best = trial
+        if best is not None:
+            outcome.work, outcome.stopped = best.work, best.stopped
+            outcome.lines += best.lines
+
+
+class Guard:
+    """Remembers the best state of a run, so that it can be gone back to."""
+
+    def __init__(self, outcome: Outcome, passes: Iterable[Pass]) -> None:
+        self._outcome = outcome
+        self._passes = tuple(passes)
+        self._kept = outcome.work.copy()
+        self.best = outcome.work.standing()
+
+    def note(self) -> None:
+        """Keep the present state unless it is worse than the best."""
+        now = self._outcome.work.standing()
+        if not self.best.is_better_than(now):
+            self.best = now
+            self._kept = self._outcome.work.copy()
+
+    def restore(self) -> None:
+        """Go back to the best state if the present one is worse."""
+        if self.best.is_better_than(self._outcome.work.standing()):
+            self._outcome.work = self._kept
+            for step in self._passes:
+                step.forget()
+
+
+def gain(before: Standing, after: Standing) -> float:
+    """The largest of what the worst Q, the mean Q and its tail lost, each as a part of itself."""
+    if after.worst <= 0.0 or before.worst <= 0.0:
+        return 0.0
+    return max(
+        1.0 - before.worst / after.worst,
+        1.0 - after.mean / before.mean,
+        1.0 - after.tail / before.tail,
+    )
+
+
+@dataclass(frozen=True)
+class Pipeline:
+    """A named list of stages."""
+
+    name: str
+    stages: tuple[Stage, ...]
+    time_limit: float = float("inf")
+
+    def run(self, work: Workspace, observer: Observer | None = None) -> Outcome:
+        """Optimize a mesh in place of a copy of it.
+
+        Returns
+        -------
+        outcome : Outcome
+            Its mesh is never worse than `work` was: worst Q first, then mean Q.
+
+        Raises
+        ------
+        InvariantError
+            An operator broke the mesh.
+        """
+        deadline = time.monotonic() + self.time_limit
+        outcome = Outcome(work, Clock(observer or Silent(), deadline))
+        guard = Guard(outcome, (p for stage in self.stages for p in stage.passes()))
+        try:
+            for stage in self.stages:
+                for step in stage.passes():
+                    step.forget()
+                stage.run(outcome)
+        except OutOfTime:
+            outcome.stopped = TIME_IS_UP
+        guard.note()
+        guard.restore()
+        Check().run(outcome.work, Silent())
+        return outcome

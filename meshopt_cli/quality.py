@@ -1,0 +1,203 @@
+"""How good a mesh is: the table of measures, the rows of Table 18.3, `target`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from . import adjacency
+from .errors import ConfigError
+from .kernels import measures as codes
+from .kernels.target import best_over_face, estimate_targets
+from .mesh import Simplices
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Measure:
+    """One quality measure: Q is 1 for the regular cell and grows as the cell degrades.
+
+    Attributes
+    ----------
+    code : int
+        What the kernels call it.
+    equations : (str, str)
+        Where the chapter defines it for triangles and for tetrahedra.
+    formula : str
+    drives : bool
+        Whether it tells all bad shapes from good ones, so that it can steer an optimization.
+    """
+
+    name: str
+    code: int
+    equations: tuple[str, str]
+    formula: str
+    drives: bool = True
+
+
+MEASURES: dict[str, Measure] = {
+    m.name: m
+    for m in (
+        Measure("aspect-ratio", codes.ASPECT_RATIO, ("18.6", "18.7"), "h_max S / V"),
+        Measure("volume-length", codes.VOLUME_LENGTH, ("18.8", "18.9"), "h_s^3 / V"),
+        Measure("radius-ratio", codes.RADIUS_RATIO, ("18.2.2", "18.2.2"), "r / rho"),
+        Measure("mean-edge", codes.MEAN_EDGE, ("18.2.2", "18.2.2"), "h_mean^3 / V"),
+        Measure("volume-area", codes.VOLUME_AREA, ("18.2.2", "18.2.2"), "(sum S_i^2)^3 / V^4"),
+        Measure("angle-min", codes.ANGLE_MIN, ("Exercise 18.3", "Definition 18.1"),
+                "regular angle / least angle"),
+        Measure("angle-max", codes.ANGLE_MAX, ("Exercise 18.3", "Definition 18.1"),
+                "(pi - regular angle) / (pi - greatest angle)"),
+        Measure("solid-angle-min", codes.SOLID_ANGLE_MIN, ("Exercise 18.3", "Definition 18.2"),
+                "regular solid angle / least solid angle"),
+        Measure("radius-edge", codes.RADIUS_EDGE, ("18.2.2", "18.2.2"), "r / h_min", drives=False),
+        Measure("edge-ratio", codes.EDGE_RATIO, ("18.2.2", "18.2.2"), "h_max / h_min",
+                drives=False),
+    )
+}  # fmt: skip
+
+DEFAULT_MEASURE = "aspect-ratio"
+
+# Upper ends of the ranks of Table 18.3; the last one has none.
+RANKS = (1.0, 2.0, 3.0, 10.0, math.inf)
+
+
+def measure_named(name: str) -> Measure:
+    """The measure of this name.
+
+    Raises
+    ------
+    ConfigError
+        There is none: the message lists them.
+    """
+    if name not in MEASURES:
+        raise ConfigError(f"no measure {name!r}: choose one of {', '.join(MEASURES)}")
+    return MEASURES[name]
+
+
+@dataclass(frozen=True)
+class Summary:
+    """The figures of one mesh, as Table 18.3 has them and a few more.
+
+    Q of a flat or inverted cell is infinite; such cells count in `n_invalid` and in the last
+    rank, and are left out of the mean.
+    """
+
+    measure: str
+    dimension: int
+    n_cells: int
+    n_points: int
+    counts: tuple[int, ...]  # cells in each rank
+    n_invalid: int
+    worst: float
+    mean: float
+    best: float
+    target: float
+    angle_min: float  # degrees; dihedral angles in 3-D
+    angle_max: float
+    worst_by_measure: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def percent(self) -> tuple[float, ...]:
+        return tuple(100.0 * c / max(self.n_cells, 1) for c in self.counts)
+
+
+def cell_quality(points: Array, cells: Array, measure: Measure) -> Array:
+    """q = 1/Q of each cell, (ne,); points (np, 3) with z = 0 for triangles."""
+    q = np.empty(len(cells))
+    codes.measure_cells(measure.code, points, cells, q)
+    return q
+
+
+def as_degradation(q: Array) -> Array:
+    """Q = 1/q, infinite for flat and inverted cells (Remark 18.3)."""
+    result = np.full(len(q), math.inf)
+    np.divide(1.0, q, out=result, where=q > 0.0)
+    return result
+
+
+def histogram(degradation: Array) -> tuple[int, ...]:
+    """Number of cells in each rank of Table 18.3; the upper end belongs to a rank."""
+    inner = np.array(RANKS[1:-1])
+    rank = np.searchsorted(inner, degradation, side="left")
+    return tuple(int(n) for n in np.bincount(rank, minlength=len(inner) + 1))
+
+
+def target(simplices: Simplices, measure: Measure) -> float:
+    """Q of the best cell that the worst boundary facet allows (Table 18.3).
+
+    Over an edge of the plane this is the equilateral triangle. Over a triangle of space the
+    apex is searched for: first above the centroid for all faces, which gives a bound, then
+    everywhere for the faces whose bound is worst, until no other can be worse.
+    """
+    if simplices.dimension == 2:
+        return 1.0
+    beyond = adjacency.neighbours(
+        simplices.cells, simplices.region, len(simplices.points), simplices.facets
+    )
+    # Seen from inside, so that an apex on the side of the cell is above.
+    faces = adjacency.boundary_facets(simplices.cells, beyond)
+    bound = np.empty(len(faces))
+    estimate_targets(measure.code, simplices.points, faces, bound)
+    worst = math.inf
+    # Regular grids have a few shapes of faces, many times over: each is searched once.
+    _, shape = np.unique(_shapes(simplices.points[faces]), axis=0, return_inverse=True)
+    seen: set[int] = set()
+    for row in np.argsort(bound, kind="stable"):
+        if bound[row] >= worst:
+            break
+        if int(shape[row]) not in seen:
+            seen.add(int(shape[row]))
+            i, j, k = (int(v) for v in faces[row])
+            worst = min(worst, best_over_face(measure.code, simplices.points, i, j, k))
+    return 1.0 / worst if 0.0 < worst < math.inf else math.inf
+
+
+def _shapes(triangles: Array) -> Array:
+    """Two numbers that are equal for similar triangles, (n, 2); triangles are (n, 3, 3)."""
+    sides = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2)
+    sides.sort(axis=1)
+    return np.round(sides[:, :2] / sides[:, 2:], 9)
+
+
+def summarize(
+    simplices: Simplices,
+    measure: Measure,
+    others: tuple[Measure, ...] = (),
+    best_target: float | None = None,
+) -> Summary:
+    """All figures of a mesh.
+
+    Parameters
+    ----------
+    others : tuple of Measure
+        Measures whose worst Q is wanted as well.
+    best_target : float, optional
+        The target, when it is known already: it belongs to the boundary, which stays.
+    """
+    q = cell_quality(simplices.points, simplices.cells, measure)
+    degradation = as_degradation(q)
+    valid = degradation[np.isfinite(degradation)]
+    least, greatest = codes.angle_range(simplices.points, simplices.cells)
+    return Summary(
+        measure=measure.name,
+        dimension=simplices.dimension,
+        n_cells=len(simplices.cells),
+        n_points=len(np.unique(simplices.cells)),
+        counts=histogram(degradation),
+        n_invalid=len(q) - len(valid),
+        worst=float(degradation.max(initial=1.0)),
+        mean=float(valid.mean()) if len(valid) else math.inf,
+        best=float(degradation.min(initial=math.inf)),
+        target=target(simplices, measure) if best_target is None else best_target,
+        angle_min=math.degrees(least),
+        angle_max=math.degrees(greatest),
+        worst_by_measure={
+            m.name: float(
+                as_degradation(cell_quality(simplices.points, simplices.cells, m)).max(initial=1.0)
+            )
+            for m in others
+        },
+    )

@@ -1,0 +1,262 @@
+"""Where a mesh touches itself although its cells share nothing there, for the rules of `check`.
+
+A valid mesh is conforming: its boundary facets meet other cells in vertices, edges and faces
+that they share with them. So it is enough to look around the boundary facets.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+
+import numpy as np
+
+from . import validity_geometry as geometry
+from .adjacency import row_ids
+from .mesh import Array
+from .validity_geometry import Pairs
+from .validity_study import Study
+
+TOUCH = 1e-7  # a vertex nearer to a facet than this fraction of its longest edge lies on it
+
+
+def hanging_nodes(study: Study) -> Pairs:
+    """Vertices that lie on a boundary facet without being one of its vertices.
+
+    Returns
+    -------
+    vertices : (n,) int64
+        Each once, in order.
+    owners : (n,) int64
+        Numbers of the cells of the facets.
+    """
+    found = []
+    boundary = boundary_vertices(study)
+    for facets in study.facet_sets:
+        rows = facets.alone()
+        # Whatever lies in the plane of a flat cell may lie on its facets.
+        rows = rows[~study.shape.flat[facets.owners[rows]]]
+        sides, owners = facets.rows[rows], facets.owners[rows]
+        if sides.shape[1] == 4:
+            sides, owners = sides[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3), np.repeat(owners, 2)
+        low, high = boxes(study.points, study.noise, sides)
+        points = study.points[boundary]
+        for vertex, side in overlapping(points, points, low, high):
+            on = lies_on(study.points, study.noise, boundary[vertex], sides[side])
+            hung, owner = boundary[vertex[on]], owners[side[on]]
+            # The vertex opposite lies on the facet, or nearly so, if the cell is very thin.
+            foreign = (study.corners_of(owner) != hung[:, None]).all(axis=1)
+            found.append((hung[foreign], owner[foreign]))
+    vertices, owners = _joined(found)
+    vertices, first = np.unique(vertices, return_index=True)
+    return vertices, owners[first]
+
+
+def cracks(study: Study) -> Pairs:
+    """Numbers of the cells of boundary facets that coincide, the later and the earlier ones."""
+    found = []
+    for facets in study.facet_sets:
+        rows = facets.alone()
+        ids = row_ids(study.first_points[facets.rows[rows]], study.n_points)
+        _, first, inverse = np.unique(ids, return_index=True, return_inverse=True)
+        again = np.flatnonzero(first[inverse] != np.arange(len(ids)))
+        one, other = facets.owners[rows[again]], facets.owners[rows[first[inverse[again]]]]
+        found.append((np.maximum(one, other), np.minimum(one, other)))
+    return _joined(found)
+
+
+def crossings(study: Study) -> Pairs:
+    """Numbers of the cells of boundary edges that cross, in a planar mesh."""
+    found = []
+    if study.plane is not None:
+        points, noise, _ = study.plane
+        for facets in study.facet_sets:
+            rows = facets.alone()
+            rows = rows[~study.explained[facets.owners[rows]]]
+            edges, owners = facets.rows[rows], facets.owners[rows]
+            low, high = boxes(points, noise, edges)
+            for one, other in overlapping(low, high, low, high):
+                crossed = cross_properly(points, noise, edges[one], edges[other])
+                pair = np.stack([owners[one[crossed]], owners[other[crossed]]])
+                found.append((pair.max(axis=0), pair.min(axis=0)))
+    return _joined(found)
+
+
+def intrusions(study: Study) -> Pairs:
+    """Boundary vertices well inside cells of a planar mesh, and the numbers of these cells."""
+    found = []
+    if study.plane is not None:
+        points, noise, _ = study.plane
+        boundary = boundary_vertices(study)
+        at = points[boundary]
+        for group in study.cell_sets:
+            good = ~study.explained[group.numbers]
+            cells, numbers = group.cells[good], group.numbers[good]
+            low, high = boxes(points, noise, cells)
+            for vertex, cell in overlapping(at, at, low, high):
+                inside = lies_inside(points, noise, boundary[vertex], cells[cell])
+                found.append((boundary[vertex[inside]], numbers[cell[inside]]))
+    return _joined(found)
+
+
+def boundary_vertices(study: Study) -> Array:
+    """Vertices of the facets that bound one cell only."""
+    rows = [facets.rows[facets.alone()].ravel() for facets in study.facet_sets]
+    return np.unique(np.concatenate([np.empty(0, dtype=np.int64), *rows]))
+
+
+def _joined(found: list[Pairs]) -> Pairs:
+    none = np.empty(0, dtype=np.int64)
+    return (
+        np.concatenate([none, *(one for one, _ in found)]),
+        np.concatenate([none, *(other for _, other in found)]),
+    )
+
+
+def boxes(points: Array, noise: Array, rows: Array) -> Pairs:
+    """Least and greatest coordinates of edges, faces or cells, as wide as their tolerance."""
+    corners = points[rows]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    margin = 2 * TOUCH * (high - low).max(axis=1, initial=0.0)
+    margin += 2 * noise[rows].max(axis=1, initial=0.0)
+    return low - margin[:, None], high + margin[:, None]
+
+
+def overlapping(low: Array, high: Array, other_low: Array, other_high: Array) -> Iterator[Pairs]:
+    """Boxes that overlap, those of one set with those of another, at most as large.
+
+    The others are put in uniform grids, one for each power of two of their size, so that a
+    box is in few cells of a grid and large ones do not crowd the grid of the small.
+
+    Parameters
+    ----------
+    low, high : (n, d) float64
+    other_low, other_high : (m, d) float64
+        A pair in which the first box is larger than the cells of the other's grid is left out.
+
+    Yields
+    ------
+    boxes, others : (k,) int64
+        A pair may come more than once.
+    """
+    size = (high - low).max(axis=1, initial=0.0)
+    _, level = np.frexp(np.maximum((other_high - other_low).max(axis=1, initial=0.0), 2.0**-45))
+    for exponent in np.unique(level):
+        others = np.flatnonzero(level == exponent)
+        boxes = np.flatnonzero(size <= 2.0**exponent)
+        at, key = _grid_cells(other_low[others], other_high[others], 2.0**exponent)
+        order = np.argsort(key, kind="stable")
+        others, key = others[at[order]], key[order]
+        at, wanted = _grid_cells(low[boxes], high[boxes], 2.0**exponent)
+        first = np.searchsorted(key, wanted, "left")
+        count = np.searchsorted(key, wanted, "right") - first
+        for one, position in _expand(boxes[at], first, count):
+            other = others[position]
+            meet = (low[one] <= other_high[other]) & (other_low[other] <= high[one])
+            keep = meet.all(axis=1)
+            yield one[keep], other[keep]
+
+
+def _grid_cells(low: Array, high: Array, size: float) -> Pairs:
+    """Rows of boxes and keys of the grid cells they are in; no box exceeds a cell."""
+    first = np.floor(low / size).astype(np.int64)
+    last = np.floor(high / size).astype(np.int64)
+    rows, keys = [], []
+    factors = np.array([73856093, 19349663, 83492791][: low.shape[1]])
+    for step in product((0, 1), repeat=low.shape[1]):
+        cell = first + np.array(step)
+        row = np.flatnonzero((cell <= last).all(axis=1))
+        rows.append(row)
+        # Two cells with one key cost time, not truth: the boxes are compared afterwards.
+        keys.append((cell[row] * factors).sum(axis=1))
+    return np.concatenate(rows), np.concatenate(keys)
+
+
+def _expand(rows: Array, first: Array, count: Array) -> Iterator[Pairs]:
+    """Each row with the positions `first, ..., first + count - 1`, some million at a time."""
+    rows, first, count = rows[count > 0], first[count > 0], count[count > 0]
+    total = np.cumsum(count)
+    begin = 0
+    while begin < len(rows):
+        done = total[begin - 1] if begin else 0
+        end = max(begin + 1, int(np.searchsorted(total, done + (1 << 21), "right")))
+        n = count[begin:end]
+        step = np.arange(n.sum()) - np.repeat(np.cumsum(n) - n, n)
+        yield np.repeat(rows[begin:end], n), np.repeat(first[begin:end], n) + step
+        begin = end
+
+
+def lies_on(points: Array, noise: Array, vertices: Array, facets: Array) -> Array:
+    """Whether vertices lie on edges or triangles, but at no corner of them.
+
+    Parameters
+    ----------
+    points : (np, d) float64
+    noise : (np,) float64
+    vertices : (n,) int64
+    facets : (n, 2) or (n, 3) int64
+    """
+    corners = points[facets]
+    away = points[vertices][:, None] - corners
+    longest = geometry.norms(np.roll(corners, -1, axis=1) - corners).max(axis=1, initial=0.0)
+    margin = TOUCH * longest + noise[facets].max(axis=1, initial=0.0)
+    a = corners[:, 1] - corners[:, 0]
+    if facets.shape[1] == 2:
+        along = np.einsum("ij,ij->i", away[:, 0], a) / np.einsum("ij,ij->i", a, a)
+        inside = (along > 0) & (along < 1)
+        distance = geometry.norms(away[:, 0] - along[:, None] * a)
+    else:
+        normal = np.cross(a, corners[:, 2] - corners[:, 0])
+        area = geometry.norms(normal)
+        unit = normal / area[:, None]
+        distance = np.abs(np.einsum("ij,ij->i", away[:, 0], unit))
+        # Distance to each side, towards the inside.
+        sides = np.roll(corners, -1, axis=1) - corners
+        inward = np.einsum("ijk,ik->ij", np.cross(sides, away), unit) / geometry.norms(sides)
+        inside = (inward >= -margin[:, None]).all(axis=1)
+    return inside & (distance <= margin) & (geometry.norms(away) > margin[:, None]).all(axis=1)
+
+
+def cross_properly(points: Array, noise: Array, one: Array, other: Array) -> Array:
+    """Whether two edges in the plane cross away from their ends.
+
+    Parameters
+    ----------
+    points : (np, 2) float64
+    noise : (np,) float64
+    one, other : (n, 2) int64
+    """
+    return _parts(points, noise, one, other) & _parts(points, noise, other, one)
+
+
+def _parts(points: Array, noise: Array, line: Array, edge: Array) -> Array:
+    """Whether the ends of an edge lie on different sides of a line."""
+    along = points[line[:, 1]] - points[line[:, 0]]
+    length = geometry.norms(along)
+    margin = TOUCH * np.maximum(length, geometry.norms(points[edge[:, 1]] - points[edge[:, 0]]))
+    margin += np.maximum(noise[line].max(axis=1, initial=0), noise[edge].max(axis=1, initial=0))
+    sides = []
+    for k in (0, 1):
+        away = points[edge[:, k]] - points[line[:, 0]]
+        sides.append((along[:, 0] * away[:, 1] - along[:, 1] * away[:, 0]) / length)
+    return (np.minimum(*sides) < -margin) & (np.maximum(*sides) > margin)
+
+
+def lies_inside(points: Array, noise: Array, vertices: Array, cells: Array) -> Array:
+    """Whether vertices lie well inside convex polygons in the plane, turned either way.
+
+    Parameters
+    ----------
+    points : (np, 2) float64
+    noise : (np,) float64
+    vertices : (n,) int64
+    cells : (n, k) int64
+    """
+    corners = points[cells]
+    away = points[vertices][:, None] - corners
+    sides = np.roll(corners, -1, axis=1) - corners
+    length = geometry.norms(sides)
+    inward = (sides[..., 0] * away[..., 1] - sides[..., 1] * away[..., 0]) / length
+    margin = TOUCH * length.max(axis=1, initial=0.0) + noise[cells].max(axis=1, initial=0.0)
+    inward *= np.sign(inward[:, :1])
+    return (inward > margin[:, None]).all(axis=1)
