@@ -8,9 +8,11 @@ worked arrays back among all the rest.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
+from . import adjacency
 from .errors import BadMeshError, UnsupportedMeshError
 
 Array = np.ndarray
@@ -121,6 +123,19 @@ class Simplices:
     @property
     def dimension(self) -> int:
         return self.cells.shape[1] - 1
+
+    @cached_property
+    def neighbours(self) -> Array:
+        """What lies beyond each facet, (ne, d + 1): see `adjacency.neighbours`.
+
+        Facets of the boundary, between two regions, or declared in the file have no neighbour.
+        """
+        return adjacency.neighbours(self.cells, self.region, len(self.points), self.facets)
+
+    @property
+    def skin(self) -> Array:
+        """Facets without a neighbour, (n, d), turned as their cells turn them."""
+        return adjacency.boundary_facets(self.cells, self.neighbours)
 
 
 @dataclass(frozen=True)
@@ -233,6 +248,15 @@ def tags_of(blocks: list[Block]) -> dict[str, Array]:
     return {n: np.concatenate(a) for n, a in arrays.items() if is_tag(n, a)}
 
 
+def untransferred(mesh: Mesh) -> list[str]:
+    """Names of the arrays that new cells and moved vertices leave without meaning."""
+    blocks = main_blocks(mesh, main_type(mesh))
+    tags = tags_of(blocks)
+    cell_arrays = {name for block in blocks for name in block.data if name not in tags}
+    point_arrays = {n for n, a in mesh.point_data.items() if a.dtype.kind not in "iub"}
+    return sorted(cell_arrays | point_arrays)
+
+
 def regions_of(blocks: list[Block]) -> Array:
     """Region of each cell, (ne,) int64: a combination of tags, numbered from 0 in order.
 
@@ -343,7 +367,8 @@ def with_simplices(mesh: Mesh, worked: Simplices, origin: Array, before: Simplic
             cells = worked.cells[rows]
             blocks.append(replace(block, cells=cells, data=tags))
         main += 1
-    point_data = {n: a[origin] for n, a in mesh.point_data.items()}
+    dropped = untransferred(mesh)
+    point_data = {n: a[origin] for n, a in mesh.point_data.items() if n not in dropped}
     return replace(mesh, points=points, blocks=blocks, point_data=point_data)
 
 

@@ -16,11 +16,16 @@ from .passes import Observer, Pass, Silent, Tally
 from .passes.check import Check
 from .workspace import Standing, Workspace
 
+NOTHING_TO_GAIN = "nothing to gain"
 NO_CHANGE = "no change"
 GAIN_BELOW = "gain below"
 TARGET_REACHED = "target quality"
 ROUNDS_DONE = "rounds"
 TIME_IS_UP = "time limit"
+
+# A run that gains less than this part of the quality hands its input back untouched, so that
+# a mesh once optimized stays as it is.
+LEAST_GAIN = 0.01
 DONE = "done"
 
 
@@ -37,14 +42,11 @@ class Stop:
         worst hundredth of the cells by this part of it.
     target_quality : float
         End when the worst Q is at most this; 1 never ends.
-    time_limit : float
-        Seconds from the start of the run.
     """
 
     rounds: int = 10
     gain: float = 1e-3
     target_quality: float = 1.0
-    time_limit: float = float("inf")
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,7 @@ class Line:
     standing: Standing
 
 
-class OutOfTime(Exception):
+class OutOfTimeError(Exception):
     """Raised between two chunks of a sweep; the mesh is whole."""
 
 
@@ -77,7 +79,7 @@ class Clock:
 
     def _check(self) -> None:
         if time.monotonic() > self.deadline:
-            raise OutOfTime
+            raise OutOfTimeError
 
 
 @dataclass
@@ -217,11 +219,21 @@ def gain(before: Standing, after: Standing) -> float:
 
 @dataclass(frozen=True)
 class Pipeline:
-    """A named list of stages."""
+    """A named list of stages.
+
+    Attributes
+    ----------
+    time_limit : float
+        Seconds from the start of the run.
+    """
 
     name: str
     stages: tuple[Stage, ...]
     time_limit: float = float("inf")
+
+    def passes(self) -> Iterator[Pass]:
+        for stage in self.stages:
+            yield from stage.passes()
 
     def run(self, work: Workspace, observer: Observer | None = None) -> Outcome:
         """Optimize a mesh in place of a copy of it.
@@ -238,15 +250,18 @@ class Pipeline:
         """
         deadline = time.monotonic() + self.time_limit
         outcome = Outcome(work, Clock(observer or Silent(), deadline))
-        guard = Guard(outcome, (p for stage in self.stages for p in stage.passes()))
+        untouched, before = work.copy(), work.standing()
+        guard = Guard(outcome, self.passes())
         try:
             for stage in self.stages:
                 for step in stage.passes():
                     step.forget()
                 stage.run(outcome)
-        except OutOfTime:
+        except OutOfTimeError:
             outcome.stopped = TIME_IS_UP
         guard.note()
         guard.restore()
+        if gain(before, outcome.work.standing()) < LEAST_GAIN:
+            outcome.work, outcome.stopped = untouched, NOTHING_TO_GAIN
         Check().run(outcome.work, Silent())
         return outcome

@@ -17,7 +17,7 @@ from .passes.collapse import Collapse
 from .passes.relax import Relax
 from .passes.smooth import Smooth
 from .passes.swap import Swap
-from .pipeline import Either, Pipeline, Repeat, Sequence, Stage, Stop
+from .pipeline import Either, Repeat, Sequence, Stage, Stop
 
 DEFAULT_PRESET = "standard"
 
@@ -116,9 +116,3 @@ def pass_named(name: str) -> type[Pass]:
     if name not in PASSES:
         raise ConfigError(f"no pass {name!r}: choose one of {', '.join(PASSES)}")
     return PASSES[name]
-
-
-def pipeline_of(steps: tuple[Pass, ...], before: tuple[Pass, ...], stop: Stop) -> Pipeline:
-    """The pipeline that a list of passes makes: `before` once, then `steps` in rounds."""
-    stages = (Sequence(before), Repeat(Sequence(steps), stop))
-    return Pipeline("custom", stages, stop.time_limit)

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from . import adjacency
 from .errors import ConfigError
 from .kernels import measures as codes
 from .kernels.target import best_over_face, estimate_targets
@@ -100,6 +99,11 @@ class Summary:
     worst_by_measure: dict[str, float] = field(default_factory=dict)
 
     @property
+    def equation(self) -> str:
+        """Where the chapter defines the measure in this dimension."""
+        return MEASURES[self.measure].equations[self.dimension - 2]
+
+    @property
     def percent(self) -> tuple[float, ...]:
         return tuple(100.0 * c / max(self.n_cells, 1) for c in self.counts)
 
@@ -134,11 +138,8 @@ def target(simplices: Simplices, measure: Measure) -> float:
     """
     if simplices.dimension == 2:
         return 1.0
-    beyond = adjacency.neighbours(
-        simplices.cells, simplices.region, len(simplices.points), simplices.facets
-    )
     # Seen from inside, so that an apex on the side of the cell is above.
-    faces = adjacency.boundary_facets(simplices.cells, beyond)
+    faces = simplices.skin
     bound = np.empty(len(faces))
     estimate_targets(measure.code, simplices.points, faces, bound)
     worst = math.inf

@@ -54,10 +54,10 @@ class Workspace:
         n_points = len(source.points)
         n_cells, width = source.cells.shape
         capacity = int(ROOM * n_cells) + 64 if width == 4 else n_cells
-        beyond = adjacency.neighbours(source.cells, source.region, n_points, source.facets)
+        beyond = source.neighbours
         used = np.unique(source.cells)
         fixed = source.fixed.copy()
-        fixed[adjacency.boundary_facets(source.cells, beyond).ravel()] = True
+        fixed[source.skin.ravel()] = True
         required = np.empty(0, np.int64)
         if len(source.edges):
             fixed[source.edges.ravel()] = True

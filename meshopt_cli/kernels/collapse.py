@@ -207,7 +207,7 @@ def collapse_cell(mesh, cell, victim, how, scratch, counts):
         if victim not in (-1, a, b):
             continue
         for placement in range(3 if how.midpoint else 2):
-            if victim != -1 and victim != (a if placement == 0 else b):
+            if victim not in (-1, a if placement == 0 else b):
                 continue
             if placement == 0:
                 plan = simulate_collapse(mesh, a, b, how, scratch)

@@ -95,6 +95,16 @@ class Pass:
 
     def __post_init__(self) -> None:
         self._since: dict[str, int] = {}
+        self.validate()
+
+    def validate(self) -> None:
+        """Check the options.
+
+        Raises
+        ------
+        ConfigError
+            One is out of range: the message names it.
+        """
         for f in fields(self):
             self._check_option(f.name, f.metadata)
 

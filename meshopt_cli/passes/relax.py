@@ -32,9 +32,7 @@ def target_degrees(work: Workspace) -> Array:
     angle = np.zeros(len(mesh.points))
     angle_sums(mesh.points, cells, angle)
     beyond = mesh.neighbours[work.living()]
-    rim = np.bincount(
-        adjacency.boundary_facets(cells, beyond).ravel(), minlength=len(mesh.points)
-    )
+    rim = np.bincount(adjacency.boundary_facets(cells, beyond).ravel(), minlength=len(mesh.points))
     if work.dimension == 2:
         n_cells = np.maximum(np.round(6.0 * angle / (2.0 * np.pi)), 1.0)
         return np.where(rim > 0, n_cells + 1.0, 6.0)
@@ -76,9 +74,7 @@ class Relax(Operator):
         how = Collapse(self.rule, self.floor, self.max_growth, False)
 
         def kernel(chunk):
-            sweep_collapse(
-                work.mesh, order[chunk], victims[chunk], how, work.scratch, tally.counts
-            )
+            sweep_collapse(work.mesh, order[chunk], victims[chunk], how, work.scratch, tally.counts)
 
         work.next_sweep()
         self.visit(work, np.arange(len(order)), kernel, tally, observer)

@@ -39,9 +39,7 @@ class Smooth(Operator):
         "quality of the ball (optimize, Remark 18.12)",
         choices=tuple(METHODS),
     )
-    weight: str = option(
-        "quality", "weights of the ideal points (18.24)", choices=tuple(WEIGHTS)
-    )
+    weight: str = option("quality", "weights of the ideal points (18.24)", choices=tuple(WEIGHTS))
     relaxation: float = option(
         0.0, "part of the way to go at first (18.22); 0: 0.9 in the plane, 0.7 in space",
         least=0.0, most=1.0,

@@ -1,0 +1,108 @@
+"""The command `meshopt`: its subcommands, and what becomes of an error."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+import traceback
+
+import click
+
+from .. import __version__
+from ..errors import (
+    EXIT_BAD_MESH,
+    EXIT_DONE,
+    EXIT_FILES,
+    EXIT_INTERRUPTED,
+    EXIT_INVARIANT,
+    EXIT_USAGE,
+    MeshoptError,
+)
+
+STATUSES = {
+    EXIT_DONE: "done",
+    EXIT_BAD_MESH: "a mesh was judged bad",
+    EXIT_USAGE: "wrong usage or configuration",
+    EXIT_FILES: "cannot read or cannot write",
+    EXIT_INVARIANT: "a bug of meshopt: nothing is written",
+    EXIT_INTERRUPTED: "interrupted: nothing is written",
+}
+EPILOG = "Exit status: " + "; ".join(f"{code} {what}" for code, what in STATUSES.items()) + "."
+
+# Subcommand, module, help: the modules are imported when the command runs.
+COMMANDS = {
+    "optimize": ("optimize", "Optimize a mesh and report what changed."),
+    "check": ("check", "Look for everything that makes meshes invalid."),
+    "report": ("report", "Show the quality of meshes."),
+    "list": ("listing", "List passes, measures, formats, rules or presets."),
+}
+
+
+class LazyGroup(click.Group):
+    """A group that knows the names of its commands, and imports the one that is called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in COMMANDS:
+            return None
+        module = importlib.import_module(f".{COMMANDS[cmd_name][0]}", __package__)
+        return module.command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, text) for name, (_, text) in COMMANDS.items()])
+
+
+@click.group(
+    cls=LazyGroup,
+    epilog=EPILOG,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)
+@click.version_option(__version__, prog_name="meshopt")
+def main() -> None:
+    """Optimize, check and report on triangle and tetrahedral meshes."""
+
+
+def run() -> None:
+    """Run the command line and leave with its exit status."""
+    sys.exit(status_of(sys.argv[1:]))
+
+
+def status_of(arguments: list[str]) -> int:
+    """Run the command line; returns the exit status. Errors become one line on stderr."""
+    try:
+        result = main.main(arguments, prog_name="meshopt", standalone_mode=False)
+        return result if isinstance(result, int) else EXIT_DONE
+    except click.exceptions.Exit as done:
+        return done.exit_code
+    except click.ClickException as error:
+        error.show()
+        return EXIT_USAGE
+    except MeshoptError as error:
+        return _fail(str(error), error.exit_status)
+    except (KeyboardInterrupt, click.Abort):
+        return _fail("interrupted: nothing is written", EXIT_INTERRUPTED)
+    except BrokenPipeError:
+        # The reader went away: what is left to print goes nowhere, and python's own farewell
+        # must not complain about it.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return EXIT_DONE
+    except MemoryError:
+        return _fail("out of memory", EXIT_FILES)
+    except Exception as error:
+        if os.environ.get("MESHOPT_TRACEBACK"):
+            traceback.print_exc()
+        name = type(error).__name__
+        return _fail(
+            f"internal error ({name}: {' '.join(str(error).split())[:200]}); nothing is written; "
+            "MESHOPT_TRACEBACK=1 shows where",
+            EXIT_INVARIANT,
+        )
+
+
+def _fail(message: str, status: int) -> int:
+    click.echo(f"meshopt: {message}", err=True)
+    return status

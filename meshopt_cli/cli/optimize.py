@@ -1,0 +1,137 @@
+"""`meshopt optimize`."""
+
+from __future__ import annotations
+
+import os
+import time
+from itertools import pairwise
+from pathlib import Path
+
+import click
+
+from ..errors import EXIT_BAD_MESH, EXIT_DONE, ConfigError
+from .options import measure_option, verbosity_options
+
+COMMAND_HELP = """Optimize the mesh in INPUT and write it to OUTPUT.
+
+The boundary, the interfaces between regions and the facets that the file declares stay
+exactly as they are; the result is never worse than the input.
+"""
+
+
+@click.command("optimize", help=COMMAND_HELP)
+@click.argument("input", type=click.Path(path_type=Path))
+@click.argument("output", type=click.Path(path_type=Path), required=False)
+@click.option("--preset", metavar="NAME", help="Pipeline to run; see `meshopt list presets`.")
+@click.option(
+    "--passes",
+    metavar="LIST",
+    help="Passes to run in rounds, such as smooth,swap; see `meshopt list passes`.",
+)
+@click.option(
+    "--config", type=click.Path(path_type=Path), metavar="FILE", help="Pipeline in a TOML file."
+)
+@click.option(
+    "--set", "settings", multiple=True, metavar="PASS.OPTION=VALUE", help="Set an option of a pass."
+)
+@measure_option
+@click.option("--rounds", type=click.IntRange(1), help="At most so many rounds.")
+@click.option(
+    "--target-quality", type=click.FloatRange(1), metavar="Q", help="Stop when no cell is worse."
+)
+@click.option(
+    "--time-limit", type=click.FloatRange(0), metavar="S", help="Stop after so many seconds."
+)
+@click.option(
+    "--report", "reports", multiple=True, type=click.Path(path_type=Path), metavar="FILE",
+    help="Write the report too, as its suffix says: .json, .md, .csv or .txt.",
+)  # fmt: skip
+@click.option("--json", "as_json", is_flag=True, help="Print the report as JSON.")
+@click.option(
+    "--fail-above", type=click.FloatRange(1), metavar="Q",
+    help="Write nothing and exit with 1 when a cell stays worse than Q.",
+)  # fmt: skip
+@click.option("--file-format", metavar="NAME", help="Format of OUTPUT; see `meshopt list formats`.")
+@click.option("--in-place", is_flag=True, help="OUTPUT may be INPUT, and is when it is left out.")
+@verbosity_options
+def command(
+    input: Path,
+    output: Path | None,
+    preset: str | None,
+    passes: str | None,
+    config: Path | None,
+    settings: tuple[str, ...],
+    measure: str | None,
+    rounds: int | None,
+    target_quality: float | None,
+    time_limit: float | None,
+    reports: tuple[Path, ...],
+    as_json: bool,
+    fail_above: float | None,
+    file_format: str | None,
+    in_place: bool,
+    verbosity: int,
+) -> int:
+    from .. import formats
+    from ..job import InvalidMeshError, optimize
+    from .config import Request, plan_for
+    from .findings import show_findings
+    from .output import print_report, report_of, write_reports
+    from .terminal import announce_compilation, progress
+
+    output = _output(input, output, in_place)
+    names = None if passes is None else tuple(n.strip() for n in passes.split(",") if n.strip())
+    plan = plan_for(
+        Request(preset, names, config, settings, measure, rounds, target_quality, time_limit)
+    )
+    clock = [time.perf_counter()]
+    mesh, source = formats.read(input)
+    encoding = formats.encoding_for(output, source.encoding, file_format)
+    clock.append(time.perf_counter())
+    announce_compilation(verbosity < 0)
+    needs_all = as_json or any(r.suffix.lower() == ".json" for r in reports)
+    try:
+        with progress(verbosity < 0) as observer:
+            result = optimize(mesh, plan.pipeline, plan.measure, observer, needs_all)
+    except InvalidMeshError as error:
+        show_findings(input, source, error.mesh, error.report, err=True)
+        raise type(error)(f"{input}: {error}", error.mesh, error.report) from error
+    clock.append(time.perf_counter())
+    failed = fail_above is not None and result.after.worst > fail_above
+    if not failed:
+        formats.write(output, result.mesh, encoding)
+    clock.append(time.perf_counter())
+    seconds = dict(
+        zip(("read", "optimize", "write"), (b - a for a, b in pairwise(clock)),
+            strict=True)
+    )  # fmt: skip
+    report = report_of(source, result, seconds, None if failed else (output, encoding))
+    write_reports(reports, [report], verbosity)
+    if as_json or verbosity >= 0:
+        print_report([report], "json" if as_json else "table", verbosity)
+    if failed:
+        click.echo(
+            f"meshopt: {input}: the worst Q stays at {result.after.worst:.4g}, above "
+            f"{fail_above:g}: nothing written",
+            err=True,
+        )
+        return EXIT_BAD_MESH
+    return EXIT_DONE
+
+
+def _output(input: Path, output: Path | None, in_place: bool) -> Path:
+    """Where the result goes.
+
+    Raises
+    ------
+    ConfigError
+        OUTPUT is missing, or is INPUT without `--in-place`.
+    """
+    if output is None:
+        if not in_place:
+            raise ConfigError("OUTPUT is missing (with --in-place it may be)")
+        return input
+    same = os.path.exists(output) and os.path.exists(input) and os.path.samefile(input, output)
+    if same and not in_place:
+        raise ConfigError(f"{output} is the input itself: add --in-place to replace it")
+    return output

@@ -1,0 +1,61 @@
+"""`meshopt report`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from ..errors import EXIT_DONE, EXIT_FILES, MeshoptError
+from .options import measure_option, verbosity_options
+from .output import REPORT_FORMATS
+
+
+@click.command("report")
+@click.argument("meshes", nargs=-1, required=True, type=click.Path(path_type=Path))
+@measure_option
+@click.option(
+    "--format", "form", type=click.Choice(REPORT_FORMATS), default="table", show_default=True
+)
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write to a file instead.")
+@verbosity_options
+def command(
+    meshes: tuple[Path, ...],
+    measure: str | None,
+    form: str,
+    output: Path | None,
+    verbosity: int,
+) -> int:
+    """Show the quality of meshes as the rows of Table 18.3."""
+    from .. import __version__, formats
+    from ..mesh import cast
+    from ..quality import DEFAULT_MEASURE, MEASURES, measure_named, summarize
+    from ..report.model import Report
+    from .output import as_text, facts_of, print_report
+    from .terminal import announce_compilation
+
+    chosen = measure_named(measure or DEFAULT_MEASURE)
+    announce_compilation(verbosity < 0)
+    others = tuple(MEASURES.values()) if form == "json" else ()
+    reports = []
+    status = EXIT_DONE
+    for path in meshes:
+        try:
+            mesh, source = formats.read(path)
+            summary = summarize(cast(mesh), chosen, others)
+        except MeshoptError as error:
+            message = str(error)
+            shown = message if message.startswith(str(path)) else f"{path}: {message}"
+            click.echo(f"meshopt: {shown}", err=True)
+            status = max(status, error.exit_status)
+            continue
+        reports.append(Report(__version__, facts_of(source), summary))
+    if reports and output is None:
+        print_report(reports, form)
+    elif reports and output is not None:
+        try:
+            output.write_text(as_text(reports, form), encoding="utf-8")
+        except OSError as error:
+            click.echo(f"meshopt: {output}: {error.strerror}", err=True)
+            return EXIT_FILES
+    return status

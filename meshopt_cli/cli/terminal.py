@@ -1,0 +1,95 @@
+"""What is said besides the product: log lines, progress, notices. All of it on stderr."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import os
+import sys
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from ..passes import Observer
+
+
+class StderrHandler(logging.Handler):
+    """Shows log records as lines such as `warning: ...`."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        level = "" if record.levelno < logging.WARNING else f"{record.levelname.lower()}: "
+        click.echo(f"meshopt: {level}{record.getMessage()}", err=True)
+
+
+def set_up_log(verbosity: int) -> None:
+    """Send the log to stderr: errors only (-1), warnings (0), or everything (1)."""
+    log = logging.getLogger("meshopt")
+    log.handlers[:] = [StderrHandler()]
+    log.propagate = False
+    levels = {-1: logging.ERROR, 0: logging.WARNING}
+    log.setLevel(levels.get(verbosity, logging.INFO))
+
+
+def is_plain() -> bool:
+    """Whether output must do without blocks and colours."""
+    encoding = (getattr(sys.stdout, "encoding", None) or "ascii").lower()
+    return not encoding.startswith("utf") or os.environ.get("TERM") == "dumb"
+
+
+def stdout_console() -> Console:
+    """Where a report goes: colours on a terminal only, and wide enough in a pipe."""
+    from rich.console import Console
+
+    width = None if sys.stdout.isatty() else 120
+    return Console(width=width, highlight=False, emoji=False, markup=False, soft_wrap=False)
+
+
+class Bars:
+    """An observer that shows a bar for each sweep."""
+
+    def __init__(self) -> None:
+        self._bar = None
+
+    def start(self, name: str, total: int) -> None:
+        from tqdm import tqdm
+
+        self.close()
+        self._bar = tqdm(total=total, desc=name, leave=False, file=sys.stderr, unit=" visits")
+
+    def advance(self, by: int) -> None:
+        if self._bar is not None:
+            self._bar.update(by)
+
+    def close(self) -> None:
+        if self._bar is not None:
+            self._bar.close()
+            self._bar = None
+
+
+@contextlib.contextmanager
+def progress(quiet: bool) -> Iterator[Observer]:
+    """Bars on a terminal, nothing elsewhere."""
+    from ..passes import Silent
+
+    if quiet or not sys.stderr.isatty():
+        yield Silent()
+        return
+    bars = Bars()
+    try:
+        yield bars
+    finally:
+        bars.close()
+
+
+def announce_compilation(quiet: bool) -> None:
+    """Say that a first run takes longer, and why."""
+    from ..kernels._jit import is_compiled
+
+    if not quiet and not is_compiled():
+        click.echo(
+            "meshopt: compiling its kernels, once on this machine (under a minute)", err=True
+        )

@@ -1,0 +1,141 @@
+"""One optimization from mesh to mesh: check, cast, run the pipeline, prove the result."""
+
+from __future__ import annotations
+
+import logging
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import validity
+from .errors import BadMeshError, InvariantError
+from .mesh import Mesh, Simplices, cast, main_type, untransferred, with_simplices
+from .passes import Observer
+from .pipeline import Outcome, Pipeline
+from .quality import MEASURES, Measure, Summary, cell_quality, summarize
+from .workspace import Workspace
+
+Array = np.ndarray
+log = logging.getLogger("meshopt")
+
+# Volume of a region may change by rounding only: this part of the volume of the mesh.
+VOLUME_TOLERANCE = 1e-9
+
+# Rules that a pipeline can mend, so that a mesh which breaks only these is worked on.
+MENDABLE = ("M103",)
+
+
+class InvalidMeshError(BadMeshError):
+    """The mesh breaks a rule of severity error; `report` says which and where."""
+
+    def __init__(self, message: str, mesh: Mesh, report: validity.Report) -> None:
+        super().__init__(message)
+        self.mesh = mesh
+        self.report = report
+
+
+@dataclass(frozen=True)
+class Result:
+    """An optimized mesh and how it came about."""
+
+    mesh: Mesh
+    measure: Measure
+    before: Summary
+    after: Summary
+    outcome: Outcome
+    seconds: float
+    turned: bool
+
+
+def optimize(
+    mesh: Mesh,
+    pipeline: Pipeline,
+    measure: Measure,
+    observer: Observer | None = None,
+    with_all_measures: bool = False,
+) -> Result:
+    """Optimize a mesh; the input is left as it is.
+
+    Parameters
+    ----------
+    with_all_measures : bool
+        Whether the summaries tell the worst Q by every measure, which takes a while.
+
+    Raises
+    ------
+    InvalidMeshError
+        The mesh is not valid.
+    BadMeshError, UnsupportedMeshError
+        It has no triangles in a plane, nor tetrahedra, or other cells besides.
+    InvariantError
+        The result is not what it must be: a bug, and nothing to be used.
+    """
+    start = time.perf_counter()
+    main_type(mesh)
+    report = validity.check(mesh)
+    broken = [group for group in report.errors if group.code not in MENDABLE]
+    if broken:
+        codes = ", ".join(group.code for group in broken)
+        raise InvalidMeshError(f"the mesh is not valid ({codes}): nothing written", mesh, report)
+    source = cast(mesh)
+    if source.turned:
+        log.warning("all cells had the other orientation: they are turned")
+    if lost := untransferred(mesh):
+        log.warning("arrays that do not follow the cells are dropped: %s", ", ".join(lost))
+    others = tuple(MEASURES.values()) if with_all_measures else ()
+    before = summarize(source, measure, others)
+    outcome = pipeline.run(Workspace(source, measure.code), observer)
+    worked, origin = outcome.work.result()
+    result = with_simplices(mesh, worked, origin, source)
+    final = cast(result)
+    after = summarize(final, measure, others, before.target)
+    prove(source, final, origin, measure)
+    return Result(
+        result, measure, before, after, outcome, time.perf_counter() - start, source.turned
+    )
+
+
+def prove(before: Simplices, after: Simplices, origin: Array, measure: Measure) -> None:
+    """Compare a result, as it will be written, with the input.
+
+    Parameters
+    ----------
+    origin : (np',) int64
+        The point of the input that each point of the result was.
+
+    Raises
+    ------
+    InvariantError
+        Quality fell, the boundary or an interface changed, or a region lost volume.
+    """
+    worst_before = float(cell_quality(before.points, before.cells, measure).min())
+    worst_after = float(cell_quality(after.points, after.cells, measure).min())
+    if worst_after <= 0.0 or worst_after < worst_before * (1 - 1e-6):
+        raise InvariantError(f"the worst quality fell from {worst_before} to {worst_after}")
+    if not np.array_equal(_skin(before), _skin(after, origin)):
+        raise InvariantError("the facets of the boundary or of an interface changed")
+    skin = np.unique(_skin(before))
+    number = np.full(len(before.points), -1)
+    number[origin] = np.arange(len(origin))
+    if not np.array_equal(before.points[skin], after.points[number[skin]]):
+        raise InvariantError("a vertex of the boundary moved")
+    old, new = _volumes(before), _volumes(after)
+    if len(old) != len(new) or np.any(np.abs(old - new) > VOLUME_TOLERANCE * old.sum()):
+        raise InvariantError("the volume of a region changed")
+
+
+def _skin(mesh: Simplices, origin: Array | None = None) -> Array:
+    """Facets of the boundary, of interfaces and those declared, sorted, (n, d) int64."""
+    rows = mesh.skin if origin is None else origin[mesh.skin]
+    return np.unique(np.sort(rows, axis=1), axis=0)
+
+
+def _volumes(mesh: Simplices) -> Array:
+    """Volume of each region."""
+    corners = mesh.points[mesh.cells] - mesh.points[mesh.cells[:, :1]]
+    if mesh.dimension == 2:
+        volume = np.cross(corners[:, 1], corners[:, 2])[:, 2] / 2.0
+    else:
+        volume = np.einsum("ij,ij->i", np.cross(corners[:, 1], corners[:, 2]), corners[:, 3]) / 6.0
+    return np.bincount(mesh.region, weights=volume)

@@ -1,0 +1,68 @@
+"""The JSON report. Its keys are stable and documented in the README."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict
+from typing import Any
+
+from ..quality import RANKS, Summary
+from .model import FileFacts, Report
+
+
+def _number(value: float) -> float | None:
+    """A JSON number; null where the figure is infinite."""
+    return value if math.isfinite(value) else None
+
+
+def _file(facts: FileFacts | None) -> dict[str, str] | None:
+    return None if facts is None else asdict(facts)
+
+
+def summary_dict(summary: Summary | None) -> dict[str, Any] | None:
+    """The figures of one mesh under the keys of the report."""
+    if summary is None:
+        return None
+    return {
+        "ne": summary.n_cells,
+        "np": summary.n_points,
+        "worst": _number(summary.worst),
+        "mean": _number(summary.mean),
+        "best": _number(summary.best),
+        "target": _number(summary.target),
+        "invalid": summary.n_invalid,
+        "histogram": {
+            "edges": [_number(edge) for edge in RANKS],
+            "counts": list(summary.counts),
+            "percent": list(summary.percent),
+        },
+        "angle_min": _number(summary.angle_min),
+        "angle_max": _number(summary.angle_max),
+        "measures": {n: _number(v) for n, v in summary.worst_by_measure.items()},
+    }
+
+
+def report_dict(report: Report) -> dict[str, Any]:
+    """The report as plain values."""
+    result: dict[str, Any] = {
+        "meshopt": report.version,
+        "input": _file(report.input),
+        "output": _file(report.output),
+        "measure": report.before.measure,
+        "dimension": report.before.dimension,
+        "before": summary_dict(report.before),
+        "after": summary_dict(report.after),
+        "passes": [
+            {**asdict(p), "worst": _number(p.worst), "mean": _number(p.mean)} for p in report.passes
+        ],
+        "stopped": report.stopped or None,
+        "seconds": report.seconds,
+    }
+    return result
+
+
+def to_json(reports: list[Report]) -> str:
+    """One object for one report, a list for several."""
+    values = [report_dict(r) for r in reports]
+    return json.dumps(values[0] if len(values) == 1 else values, indent=1) + "\n"

@@ -1,0 +1,27 @@
+"""The report as GitHub-flavoured Markdown."""
+
+from __future__ import annotations
+
+from .model import Report
+from .rows import HEADINGS, closing_line, count_row, named_rows, pass_rows, percent_row
+
+
+def _row(cells: list[str]) -> str:
+    return "| " + " | ".join(cells) + " |"
+
+
+def to_markdown(reports: list[Report]) -> str:
+    """A section a report."""
+    lines = []
+    for report in reports:
+        lines += [f"### {report.title}", "", _row(["", *HEADINGS])]
+        lines.append(_row(["---", *["---:"] * len(HEADINGS)]))
+        for name, summary in named_rows(report):
+            lines.append(_row([name, *percent_row(summary)]))
+            lines.append(_row(["", *count_row(summary)]))
+        if report.passes:
+            heads = ["pass", "runs", "tried", "applied", "refused", "s", "Q_T"]
+            lines += ["", _row(heads), _row(["---"] * len(heads))]
+            lines += [_row(row) for row in pass_rows(report, each_round=False)]
+        lines += ["", closing_line(report), ""]
+    return "\n".join(lines)

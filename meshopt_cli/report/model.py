@@ -1,0 +1,56 @@
+"""The content of a report, whatever it is written as."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ..quality import Summary
+
+
+@dataclass(frozen=True)
+class FileFacts:
+    """A file that was read or written."""
+
+    path: str
+    format: str
+    sha256: str
+
+
+@dataclass(frozen=True)
+class PassFacts:
+    """What one pass did in one round, and how the mesh stood after it."""
+
+    round: int
+    name: str
+    visited: int
+    applied: int
+    refused: dict[str, int]
+    seconds: float
+    worst: float
+    mean: float
+
+
+@dataclass(frozen=True)
+class Report:
+    """All that is said of one run; of a mesh that was only looked at, the first part."""
+
+    version: str
+    input: FileFacts
+    before: Summary
+    output: FileFacts | None = None
+    after: Summary | None = None
+    passes: tuple[PassFacts, ...] = ()
+    stopped: str = ""
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def title(self) -> str:
+        """The line above the table: file, cells, vertices, measure."""
+        summary = self.before
+        cells = "tetrahedra" if summary.dimension == 3 else "triangles"
+        return (
+            f"{Path(self.input.path).name}: {summary.n_cells:,} {cells}, "
+            f"{summary.n_points:,} vertices, {summary.measure.replace('-', ' ')} "
+            f"({summary.equation})"
+        )

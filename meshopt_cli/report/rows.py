@@ -1,0 +1,90 @@
+"""The rows of Table 18.3 as strings, for every output that shows a table."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+from ..quality import RANKS, Summary
+from .model import Report
+
+HEADINGS = (
+    *(f"> {low:g}" if math.isinf(high) else f"{low:g} - {high:g}" for low, high in pairwise(RANKS)),
+    "target",
+    "Q_T",
+    "ne",
+    "np",
+)
+
+
+def figure(value: float) -> str:
+    """Q in four digits: 1.87, 531.1, 2.56e+06."""
+    if math.isinf(value):
+        return "inf"
+    if value >= 1e5:
+        return f"{value:.2e}"
+    return f"{value:.2f}" if value < 100 else f"{value:.1f}"
+
+
+def percent_row(summary: Summary) -> list[str]:
+    """Percent in each rank, then target, Q_T, ne, np."""
+    return [
+        *(f"{p:.1f}" for p in summary.percent),
+        figure(summary.target),
+        figure(summary.worst),
+        f"{summary.n_cells:,}",
+        f"{summary.n_points:,}",
+    ]
+
+
+def count_row(summary: Summary) -> list[str]:
+    """Cells in each rank; nothing in the other columns."""
+    return [*(f"{c:,}" for c in summary.counts), "", "", "", ""]
+
+
+def named_rows(report: Report) -> list[tuple[str, Summary]]:
+    """The meshes of a report with the names of their rows."""
+    if report.after is None:
+        return [("mesh", report.before)]
+    return [("before", report.before), ("after", report.after)]
+
+
+def pass_rows(report: Report, each_round: bool) -> list[list[str]]:
+    """What the passes did: a row a pass, or with `each_round` a row a run of a pass.
+
+    Columns: pass, rounds or round, tried, applied, refused, seconds, Q_T after it.
+    """
+    if each_round:
+        return [
+            [p.name, str(p.round), f"{p.visited:,}", f"{p.applied:,}",
+             ", ".join(f"{v} {n:,}" for v, n in p.refused.items()), f"{p.seconds:.2f}",
+             figure(p.worst)]
+            for p in report.passes
+        ]  # fmt: skip
+    rows = []
+    for name in dict.fromkeys(p.name for p in report.passes):
+        runs = [p for p in report.passes if p.name == name]
+        refused: dict[str, int] = {}
+        for run in runs:
+            for verdict, count in run.refused.items():
+                refused[verdict] = refused.get(verdict, 0) + count
+        rows.append(
+            [name, str(len(runs)), f"{sum(p.visited for p in runs):,}",
+             f"{sum(p.applied for p in runs):,}",
+             ", ".join(f"{v} {n:,}" for v, n in refused.items()),
+             f"{sum(p.seconds for p in runs):.2f}", figure(runs[-1].worst)]
+        )  # fmt: skip
+    return rows
+
+
+def closing_line(report: Report) -> str:
+    """Why the run stopped, what vanished, angles and times."""
+    after = report.after or report.before
+    kind = "dihedral angles" if after.dimension == 3 else "angles"
+    parts = [f"{kind} {after.angle_min:.1f} to {after.angle_max:.1f} degrees"]
+    if report.after is not None:
+        parts.insert(0, f"stopped: {report.stopped}")
+        gone = report.before.n_points - report.after.n_points
+        parts.append(f"{gone:,} vertices removed" if gone else "no vertex removed")
+        parts.append(", ".join(f"{k} {v:.2f} s" for k, v in report.seconds.items()))
+    return "; ".join(parts)

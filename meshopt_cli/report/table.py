@@ -1,0 +1,72 @@
+"""The report on the terminal: Table 18.3 with a bar of the histogram under each row."""
+
+from __future__ import annotations
+
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from ..quality import Summary
+from .model import Report
+from .rows import HEADINGS, closing_line, count_row, named_rows, pass_rows, percent_row
+
+BAR_WIDTH = 64
+BLOCKS = "\u2588\u2593\u2592\u2591"
+PLAIN_BLOCKS = "#=+-"
+STYLES = ("green", "yellow", "dark_orange", "red")
+
+
+def bar(summary: Summary, plain: bool) -> Text:
+    """One line, a part of it for each rank that has cells, the good ones first."""
+    text = Text()
+    total = max(summary.n_cells, 1)
+    for count, block, style in zip(
+        summary.counts, PLAIN_BLOCKS if plain else BLOCKS, STYLES, strict=True
+    ):
+        width = round(BAR_WIDTH * count / total)
+        text.append(block * (max(width, 1) if count else 0), style=style)
+    return text
+
+
+def quality_table(report: Report) -> Table:
+    """The rows of Table 18.3: percent over count, for one mesh or before and after."""
+    table = Table(box=None, pad_edge=False, padding=(0, 1))
+    table.add_column("")
+    for heading in HEADINGS:
+        table.add_column(heading, justify="right", no_wrap=True)
+    for name, summary in named_rows(report):
+        table.add_row(name, *percent_row(summary))
+        table.add_row("", *count_row(summary))
+    return table
+
+
+def passes_table(report: Report, each_round: bool) -> Table:
+    """A row a pass."""
+    table = Table(box=None, pad_edge=False, padding=(0, 1))
+    for heading in ("pass", "round" if each_round else "runs", "tried", "applied"):
+        table.add_column(heading, justify="left" if heading == "pass" else "right")
+    table.add_column("refused", overflow="fold", max_width=64)
+    table.add_column("s", justify="right")
+    table.add_column("Q_T", justify="right")
+    for row in pass_rows(report, each_round):
+        table.add_row(*row)
+    return table
+
+
+def render(report: Report, plain: bool = False, each_round: bool = False) -> RenderableType:
+    """The whole report.
+
+    Parameters
+    ----------
+    plain : bool
+        Draw the bar in ASCII.
+    each_round : bool
+        Show every run of every pass.
+    """
+    parts: list[RenderableType] = [Text(report.title, style="bold"), quality_table(report), ""]
+    for name, summary in named_rows(report):
+        parts.append(Text(f"{name:7}") + bar(summary, plain))
+    if report.passes:
+        parts += ["", passes_table(report, each_round)]
+    parts += ["", Text(closing_line(report))]
+    return Group(*parts)
