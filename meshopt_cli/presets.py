@@ -24,12 +24,12 @@ DEFAULT_PRESET = "standard"
 
 @dataclass(frozen=True)
 class Preset:
-    """A pipeline by name; `build` makes it anew, with the stop criteria that were asked for."""
+    """A pipeline by name; `build` makes it anew, for stop criteria and a dimension."""
 
     name: str
     summary: str
     stop: Stop
-    build: Callable[[Stop], tuple[Stage, ...]]
+    build: Callable[[Stop, int], tuple[Stage, ...]]
 
 
 def _audited(*stages: Stage) -> tuple[Stage, ...]:
@@ -40,35 +40,42 @@ def _audited(*stages: Stage) -> tuple[Stage, ...]:
 # Relocation alone goes on while it gains this part of the quality.
 _SETTLED = Stop(rounds=10, gain=0.05)
 
+# Worst Q of the places that are worth a visit: a regular triangulation of the plane is all 1, one
+# of space is not, so that in space there is nothing to win at Q = 1.5.
+_SWAP = {2: 1.2, 3: 1.8}
+_SMOOTH = {2: 1.1, 3: 1.6}
+
 
 def _settle() -> Repeat:
     """Relocation alone, for as long as it pays."""
     return Repeat(Sequence((Smooth(),)), _SETTLED)
 
 
-def _rounds(stop: Stop, below: float = 1.6) -> Repeat:
+def _rounds(stop: Stop, swap_below: float, smooth_below: float) -> Repeat:
     """Swap, relocate, remove what neither mends, and lift the worst balls."""
     steps = (
-        Swap(below=below, pick="best"),
-        Smooth(below=below, sweeps=2),
+        Swap(below=swap_below, pick="best"),
+        Smooth(below=smooth_below, sweeps=2),
         Collapse(),
-        Smooth(method="optimize", below=1.125 * below, sweeps=1),
+        Smooth(method="optimize", below=swap_below, sweeps=1),
     )
     return Repeat(Sequence(steps), stop)
 
 
-def _fast(stop: Stop) -> tuple[Stage, ...]:
-    steps = (Swap(below=1.6, pick="best"), Smooth(below=1.6, sweeps=2))
-    return _audited(Sequence((Smooth(),)), Repeat(Sequence(steps), stop))
+def _fast(stop: Stop, dimension: int) -> tuple[Stage, ...]:
+    swap = Swap(below=_SWAP[dimension], pick="best")
+    smooth = Smooth(below=_SMOOTH[dimension], sweeps=2)
+    return _audited(Sequence((Smooth(),)), Repeat(Sequence((swap, smooth)), stop))
 
 
-def _standard(stop: Stop) -> tuple[Stage, ...]:
-    return _audited(_settle(), _rounds(stop))
+def _standard(stop: Stop, dimension: int) -> tuple[Stage, ...]:
+    return _audited(_settle(), _rounds(stop, _SWAP[dimension], _SMOOTH[dimension]))
 
 
-def _best(stop: Stop) -> tuple[Stage, ...]:
-    relocate_first = (_settle(), _rounds(stop, 1.4))
-    swap_first = (Sequence((Swap(), Relax())), _settle(), _rounds(stop, 1.4))
+def _best(stop: Stop, dimension: int) -> tuple[Stage, ...]:
+    low = 1.0 + 0.6 * (_SWAP[dimension] - 1.0)
+    relocate_first = (_settle(), _rounds(stop, low, low))
+    swap_first = (Sequence((Swap(), Relax())), _settle(), _rounds(stop, low, low))
     return _audited(Either((relocate_first, swap_first)))
 
 
@@ -79,7 +86,7 @@ PRESETS: dict[str, Preset] = {
         Preset(
             "standard",
             "relocation, then rounds of swap, smooth, collapse and optimizing smooth",
-            Stop(10, 5e-3),
+            Stop(10, 1e-2),
             _standard,
         ),
         Preset(

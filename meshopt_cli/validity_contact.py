@@ -7,7 +7,7 @@ that they share with them. So it is enough to look around the boundary facets.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 
@@ -15,9 +15,10 @@ from . import validity_geometry as geometry
 from .adjacency import row_ids
 from .mesh import Array
 from .validity_geometry import Pairs
-from .validity_study import Study
+from .validity_study import FacetSet, Study
 
 TOUCH = 1e-7  # a vertex nearer to a facet than this fraction of its longest edge lies on it
+MOST_PAIRS = 200  # pairs of boxes to look at, for each box; sound meshes need a few
 
 
 def hanging_nodes(study: Study) -> Pairs:
@@ -33,19 +34,18 @@ def hanging_nodes(study: Study) -> Pairs:
     found = []
     boundary = boundary_vertices(study)
     for facets in study.facet_sets:
-        rows = facets.alone()
         # Whatever lies in the plane of a flat cell may lie on its facets.
-        rows = rows[~study.shape.flat[facets.owners[rows]]]
-        sides, owners = facets.rows[rows], facets.owners[rows]
+        sides, owners = boundary_facets(study, facets, study.shape.flat)
         if sides.shape[1] == 4:
             sides, owners = sides[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3), np.repeat(owners, 2)
         low, high = boxes(study.points, study.noise, sides)
-        points = study.points[boundary]
-        for vertex, side in overlapping(points, points, low, high):
+        for vertex, side in around(study.points[boundary], low, high):
             on = lies_on(study.points, study.noise, boundary[vertex], sides[side])
             hung, owner = boundary[vertex[on]], owners[side[on]]
+            corners = study.corners_of(owner)
+            corners = np.where(corners < 0, -1, study.first_points[corners])
             # The vertex opposite lies on the facet, or nearly so, if the cell is very thin.
-            foreign = (study.corners_of(owner) != hung[:, None]).all(axis=1)
+            foreign = (corners != hung[:, None]).all(axis=1)
             found.append((hung[foreign], owner[foreign]))
     vertices, owners = _joined(found)
     vertices, first = np.unique(vertices, return_index=True)
@@ -71,11 +71,8 @@ def crossings(study: Study) -> Pairs:
     if study.plane is not None:
         points, noise, _ = study.plane
         for facets in study.facet_sets:
-            rows = facets.alone()
-            rows = rows[~study.explained[facets.owners[rows]]]
-            edges, owners = facets.rows[rows], facets.owners[rows]
-            low, high = boxes(points, noise, edges)
-            for one, other in overlapping(low, high, low, high):
+            edges, owners = boundary_facets(study, facets, study.explained)
+            for one, other in meeting(*boxes(points, noise, edges)):
                 crossed = cross_properly(points, noise, edges[one], edges[other])
                 pair = np.stack([owners[one[crossed]], owners[other[crossed]]])
                 found.append((pair.max(axis=0), pair.min(axis=0)))
@@ -88,21 +85,35 @@ def intrusions(study: Study) -> Pairs:
     if study.plane is not None:
         points, noise, _ = study.plane
         boundary = boundary_vertices(study)
-        at = points[boundary]
         for group in study.cell_sets:
             good = ~study.explained[group.numbers]
             cells, numbers = group.cells[good], group.numbers[good]
             low, high = boxes(points, noise, cells)
-            for vertex, cell in overlapping(at, at, low, high):
+            for vertex, cell in around(points[boundary], low, high):
                 inside = lies_inside(points, noise, boundary[vertex], cells[cell])
                 found.append((boundary[vertex[inside]], numbers[cell[inside]]))
     return _joined(found)
 
 
 def boundary_vertices(study: Study) -> Array:
-    """Vertices of the facets that bound one cell only."""
-    rows = [facets.rows[facets.alone()].ravel() for facets in study.facet_sets]
+    """Vertices of the facets that bound one cell only, one for each place."""
+    rows = [study.first_points[facets.rows[facets.alone()]].ravel() for facets in study.facet_sets]
     return np.unique(np.concatenate([np.empty(0, dtype=np.int64), *rows]))
+
+
+def boundary_facets(study: Study, facets: FacetSet, dropped: Array) -> Pairs:
+    """Facets that bound one cell only, one for each place, and the numbers of their cells.
+
+    Parameters
+    ----------
+    dropped : (n_cells,) bool
+        Cells whose facets are left out.
+    """
+    rows = facets.alone()
+    rows = rows[~dropped[facets.owners[rows]]]
+    ids = row_ids(study.first_points[facets.rows[rows]], study.n_points)
+    rows = rows[np.unique(ids, return_index=True)[1]]
+    return facets.rows[rows], facets.owners[rows]
 
 
 def _joined(found: list[Pairs]) -> Pairs:
@@ -122,45 +133,67 @@ def boxes(points: Array, noise: Array, rows: Array) -> Pairs:
     return low - margin[:, None], high + margin[:, None]
 
 
-def overlapping(low: Array, high: Array, other_low: Array, other_high: Array) -> Iterator[Pairs]:
-    """Boxes that overlap, those of one set with those of another, at most as large.
+def around(points: Array, low: Array, high: Array) -> Iterator[Pairs]:
+    """Points (n, d) that are in boxes (m, d), with these boxes."""
+    size = high - low
+    # Not too many shapes of grids: flat boxes are welcome, but not flat to the last digit.
+    size = np.maximum(size, size.max(axis=1, keepdims=True, initial=0.0) * 2.0**-16)
+    return _overlapping(points, points, low, high, size)
 
-    The others are put in uniform grids, one for each power of two of their size, so that a
-    box is in few cells of a grid and large ones do not crowd the grid of the small.
+
+def meeting(low: Array, high: Array) -> Iterator[Pairs]:
+    """Boxes (n, d) of one set that overlap each other; pairs may come more than once."""
+    size = np.broadcast_to((high - low).max(axis=1, keepdims=True, initial=0.0), low.shape)
+    return _overlapping(low, high, low, high, size)
+
+
+def _overlapping(
+    low: Array, high: Array, other_low: Array, other_high: Array, size: Array
+) -> Iterator[Pairs]:
+    """Boxes that overlap, those of one set with those of another.
+
+    The others are put in uniform grids, one for each rounded size, so that a box is in few
+    cells of a grid and large ones do not crowd the grid of the small. The search ends after
+    `MOST_PAIRS`, which only meshes reach whose cells lie across each other everywhere.
 
     Parameters
     ----------
     low, high : (n, d) float64
     other_low, other_high : (m, d) float64
-        A pair in which the first box is larger than the cells of the other's grid is left out.
-
-    Yields
-    ------
-    boxes, others : (k,) int64
-        A pair may come more than once.
+    size : (m, d) float64
+        Of the others, at least; the boxes larger than that are left out.
     """
-    size = (high - low).max(axis=1, initial=0.0)
-    _, level = np.frexp(np.maximum((other_high - other_low).max(axis=1, initial=0.0), 2.0**-45))
-    for exponent in np.unique(level):
-        others = np.flatnonzero(level == exponent)
-        boxes = np.flatnonzero(size <= 2.0**exponent)
-        at, key = _grid_cells(other_low[others], other_high[others], 2.0**exponent)
+    left = MOST_PAIRS * (len(low) + len(other_low) + 1000)
+    # Powers of 4, since every size of the grid costs a search for all boxes.
+    levels = np.frexp(np.maximum(size, 2.0**-45))[1] // 2 * 2 + 1
+    code = levels @ np.array([1, 256, 65536][: levels.shape[1]])
+    by_code = np.argsort(code, kind="stable")
+    starts = np.flatnonzero(np.diff(code[by_code], prepend=np.iinfo(code.dtype).min))
+    for start, end in pairwise([*starts.tolist(), len(code)]):
+        others = by_code[start:end]
+        width = 2.0 ** levels[others[0]]
+        near = (low <= other_high[others].max(axis=0)) & (other_low[others].min(axis=0) <= high)
+        boxes = np.flatnonzero((near & (high - low <= width)).all(axis=1))
+        at, key = _grid_cells(other_low[others], other_high[others], width)
         order = np.argsort(key, kind="stable")
-        others, key = others[at[order]], key[order]
-        at, wanted = _grid_cells(low[boxes], high[boxes], 2.0**exponent)
+        at, key = others[at[order]], key[order]
+        rows, wanted = _grid_cells(low[boxes], high[boxes], width)
         first = np.searchsorted(key, wanted, "left")
         count = np.searchsorted(key, wanted, "right") - first
-        for one, position in _expand(boxes[at], first, count):
-            other = others[position]
+        for one, position in _expand(boxes[rows], first, count):
+            other = at[position]
             meet = (low[one] <= other_high[other]) & (other_low[other] <= high[one])
             keep = meet.all(axis=1)
             yield one[keep], other[keep]
+            left -= len(one)
+            if left < 0:
+                return
 
 
-def _grid_cells(low: Array, high: Array, size: float) -> Pairs:
+def _grid_cells(low: Array, high: Array, width: Array) -> Pairs:
     """Rows of boxes and keys of the grid cells they are in; no box exceeds a cell."""
-    first = np.floor(low / size).astype(np.int64)
-    last = np.floor(high / size).astype(np.int64)
+    first = np.floor(low / width).astype(np.int64)
+    last = np.floor(high / width).astype(np.int64)
     rows, keys = [], []
     factors = np.array([73856093, 19349663, 83492791][: low.shape[1]])
     for step in product((0, 1), repeat=low.shape[1]):
@@ -173,13 +206,13 @@ def _grid_cells(low: Array, high: Array, size: float) -> Pairs:
 
 
 def _expand(rows: Array, first: Array, count: Array) -> Iterator[Pairs]:
-    """Each row with the positions `first, ..., first + count - 1`, some million at a time."""
+    """Each row with the positions `first, ..., first + count - 1`, many at a time."""
     rows, first, count = rows[count > 0], first[count > 0], count[count > 0]
     total = np.cumsum(count)
     begin = 0
     while begin < len(rows):
         done = total[begin - 1] if begin else 0
-        end = max(begin + 1, int(np.searchsorted(total, done + (1 << 21), "right")))
+        end = max(begin + 1, int(np.searchsorted(total, done + (1 << 19), "right")))
         n = count[begin:end]
         step = np.arange(n.sum()) - np.repeat(np.cumsum(n) - n, n)
         yield np.repeat(rows[begin:end], n), np.repeat(first[begin:end], n) + step

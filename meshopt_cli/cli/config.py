@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import tomllib
 from collections.abc import Iterable
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -49,11 +49,15 @@ class Plan:
 
     pipeline: Pipeline
     measure: Measure
-    steps: list[Pass] = field(default_factory=list)
 
 
-def plan_for(request: Request) -> Plan:
+def plan_for(request: Request, dimension: int = 3) -> Plan:
     """Put options, pipeline file and preset together; options win over the file.
+
+    Parameters
+    ----------
+    dimension : int
+        Of the mesh; presets have other thresholds in the plane.
 
     Raises
     ------
@@ -83,7 +87,7 @@ def plan_for(request: Request) -> Plan:
         steps = tuple(_pass(table, "pass") for table in values.get("pass", []))
         stages = (Sequence(before), Repeat(Sequence(steps), stop)) if steps else (Sequence(before),)
     else:
-        name, stages = preset.name, preset.build(stop)
+        name, stages = preset.name, preset.build(stop, dimension)
     pipeline = Pipeline(name, stages, float(values.get("time-limit", "inf")))
     apply_settings(pipeline.passes(), request.settings)
     return Plan(pipeline, measure)

@@ -76,16 +76,18 @@ def command(
     from ..job import InvalidMeshError, optimize
     from .config import Request, plan_for
     from .findings import show_findings
-    from .output import print_report, report_of, write_reports
+    from .output import form_of, print_report, report_of, write_reports
     from .terminal import announce_compilation, progress
 
     output = _output(input, output, in_place)
     names = None if passes is None else tuple(n.strip() for n in passes.split(",") if n.strip())
-    plan = plan_for(
-        Request(preset, names, config, settings, measure, rounds, target_quality, time_limit)
-    )
+    request = Request(preset, names, config, settings, measure, rounds, target_quality, time_limit)
+    plan_for(request)  # what is wrong with the options is said before the mesh is read
+    for path in reports:
+        form_of(path)
     clock = [time.perf_counter()]
     mesh, source = formats.read(input)
+    plan = plan_for(request, mesh.dimension())
     encoding = formats.encoding_for(output, source.encoding, file_format)
     clock.append(time.perf_counter())
     announce_compilation(verbosity < 0)
