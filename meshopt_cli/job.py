@@ -102,7 +102,7 @@ def prove(before: Simplices, after: Simplices, origin: Array, measure: Measure) 
     Parameters
     ----------
     origin : (np',) int64
-        The point of the input that each point of the result was.
+        The point of the input that each point of the result was, -1 for a new one.
 
     Raises
     ------
@@ -117,7 +117,7 @@ def prove(before: Simplices, after: Simplices, origin: Array, measure: Measure) 
         raise InvariantError("the facets of the boundary or of an interface changed")
     skin = np.unique(_skin(before))
     number = np.full(len(before.points), -1)
-    number[origin] = np.arange(len(origin))
+    number[origin[origin >= 0]] = np.flatnonzero(origin >= 0)
     if not np.array_equal(before.points[skin], after.points[number[skin]]):
         raise InvariantError("a vertex of the boundary moved")
     old, new = _volumes(before), _volumes(after)

@@ -330,15 +330,16 @@ def with_simplices(mesh: Mesh, worked: Simplices, origin: Array, before: Simplic
     worked : Simplices
         Points and cells after the work; regions are numbered as in `before`.
     origin : (np',) int64
-        The point of `mesh` that each point of `worked` was.
+        The point of `mesh` that each point of `worked` was, -1 for a new one.
     before : Simplices
         What `cast` gave for `mesh`.
     """
     cell_type = main_type(mesh)
     new_number = np.full(len(mesh.points), -1, dtype=np.int64)
-    new_number[origin] = np.arange(len(origin))
+    is_new = origin < 0
+    new_number[origin[~is_new]] = np.flatnonzero(~is_new)
     points = mesh.points[origin].copy()
-    moved = np.any(worked.points != before.points[origin], axis=1)
+    moved = is_new | np.any(worked.points != before.points[origin], axis=1)
     if worked.frame is not None:
         space = worked.frame.unflatten(with_depth(points[moved]), worked.points[moved])
     else:
@@ -369,6 +370,8 @@ def with_simplices(mesh: Mesh, worked: Simplices, origin: Array, before: Simplic
         main += 1
     dropped = untransferred(mesh)
     point_data = {n: a[origin] for n, a in mesh.point_data.items() if n not in dropped}
+    for values in point_data.values():
+        values[is_new] = 0
     return replace(mesh, points=points, blocks=blocks, point_data=point_data)
 
 

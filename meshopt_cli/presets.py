@@ -16,6 +16,7 @@ from .passes.check import Check
 from .passes.collapse import Collapse
 from .passes.relax import Relax
 from .passes.smooth import Smooth
+from .passes.split import Split
 from .passes.swap import Swap
 from .pipeline import Either, Repeat, Sequence, Stage, Stop
 
@@ -44,6 +45,7 @@ _SETTLED = Stop(rounds=10, gain=0.05)
 # of space is not, so that in space there is nothing to win at Q = 1.5.
 _SWAP = {2: 1.2, 3: 1.8}
 _SMOOTH = {2: 1.1, 3: 1.6}
+_SPLIT = {2: 1.8, 3: 2.0}
 
 
 def _settle() -> Repeat:
@@ -51,15 +53,20 @@ def _settle() -> Repeat:
     return Repeat(Sequence((Smooth(),)), _SETTLED)
 
 
-def _rounds(stop: Stop, swap_below: float, smooth_below: float) -> Repeat:
-    """Swap, relocate, remove what neither mends, and lift the worst balls."""
-    steps = (
-        Swap(below=swap_below, pick="best"),
-        Smooth(below=smooth_below, sweeps=2),
-        Collapse(),
-        Smooth(method="optimize", below=swap_below, sweeps=1),
-    )
-    return Repeat(Sequence(steps), stop)
+def _rounds(stop: Stop, swap_below: float, smooth_below: float, split_below: float) -> list[Repeat]:
+    """Swap, relocate and lift the worst balls; remove vertices, and add some, where that fails.
+
+    New vertices come last, so that there are few of them.
+    """
+
+    def steps(change: Pass) -> Sequence:
+        swap = Swap(below=swap_below, pick="best")
+        smooth = Smooth(below=smooth_below, sweeps=2)
+        return Sequence(
+            (swap, smooth, change, Smooth(method="optimize", below=swap_below, sweeps=1))
+        )
+
+    return [Repeat(steps(Collapse()), stop), Repeat(steps(Split(below=split_below)), stop)]
 
 
 def _fast(stop: Stop, dimension: int) -> tuple[Stage, ...]:
@@ -69,13 +76,15 @@ def _fast(stop: Stop, dimension: int) -> tuple[Stage, ...]:
 
 
 def _standard(stop: Stop, dimension: int) -> tuple[Stage, ...]:
-    return _audited(_settle(), _rounds(stop, _SWAP[dimension], _SMOOTH[dimension]))
+    swap, smooth = _SWAP[dimension], _SMOOTH[dimension]
+    return _audited(_settle(), *_rounds(stop, swap, smooth, _SPLIT[dimension]))
 
 
 def _best(stop: Stop, dimension: int) -> tuple[Stage, ...]:
     low = 1.0 + 0.6 * (_SWAP[dimension] - 1.0)
-    relocate_first = (_settle(), _rounds(stop, low, low))
-    swap_first = (Sequence((Swap(), Relax())), _settle(), _rounds(stop, low, low))
+    split = 1.0 + 0.8 * (_SPLIT[dimension] - 1.0)
+    relocate_first = (_settle(), *_rounds(stop, low, low, split))
+    swap_first = (Sequence((Swap(), Relax())), _settle(), *_rounds(stop, low, low, split))
     return _audited(Either((relocate_first, swap_first)))
 
 
@@ -85,7 +94,7 @@ PRESETS: dict[str, Preset] = {
         Preset("fast", "relocation, then a few rounds of swap and smooth", Stop(3, 2e-2), _fast),
         Preset(
             "standard",
-            "relocation, then rounds of swap, smooth, collapse and optimizing smooth",
+            "relocation, then rounds of swap, smooth, collapse, split and optimizing smooth",
             Stop(10, 1e-2),
             _standard,
         ),

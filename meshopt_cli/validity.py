@@ -323,7 +323,7 @@ def find_repeated(study: Study) -> Places:
     ERROR,
     "inverted cell",
     explanation="A cell, or a corner of it, has a negative volume, or area in the plane.",
-    source="18.1.3",
+    source="18.1.1, 18.1.2",
     fix="Untangle: optimize moves and swaps inverted cells if their neighbours allow it.",
 )
 def find_inverted(study: Study) -> Places:
@@ -341,8 +341,8 @@ def find_inverted(study: Study) -> Places:
     "M102",
     ERROR,
     "flat cell",
-    explanation="A cell, or a corner of a 3-D cell, has no volume for its size.",
-    source="18.3",
+    explanation="A cell, or a corner of a 3-D cell, has no volume, or area, for its size.",
+    source="Remark 18.3",
     fix="Optimize: swaps and collapses remove flat cells; or remove them where they were added.",
 )
 def find_flat(study: Study) -> Places:
@@ -354,6 +354,7 @@ def find_flat(study: Study) -> Places:
     ERROR,
     "the whole mesh has the other orientation",
     explanation="Every cell has a negative volume: the vertices are listed the other way round.",
+    source="18.1.2",
     fix="Let optimize turn all cells, or change the order of vertices where the file is written.",
 )
 def find_turned(study: Study) -> Places:
@@ -366,7 +367,7 @@ def find_turned(study: Study) -> Places:
     ERROR,
     "quad not convex",
     explanation="A quad in the plane is not convex, intersects itself, or is degenerate.",
-    source="18.1.3",
+    source="18.1.3, Figure 18.5",
     fix="Smooth the mesh, or split the quad in two triangles.",
 )
 def find_bad_quads(study: Study) -> Places:
@@ -413,11 +414,11 @@ def find_coincident(study: Study) -> Places:
     "M203",
     WARNING,
     "unused point",
-    explanation="A point is no vertex of any cell.",
+    explanation="A point is no vertex of any cell, or only of one of type vertex.",
     fix="Nothing needs to be done; some solvers refuse such points.",
 )
 def find_unused(study: Study) -> Places:
-    return Places(("the point is no vertex of any cell",), points=np.flatnonzero(~study.used))
+    return Places(("the point is not used by any cell",), points=np.flatnonzero(~study.used))
 
 
 @rule(
@@ -425,7 +426,7 @@ def find_unused(study: Study) -> Places:
     ERROR,
     "facet shared by more than two cells",
     explanation="Three or more cells have a facet in common, so that two of them overlap.",
-    source="18.1",
+    source="18.7.1",
     fix="Remove the cell that does not belong there.",
 )
 def find_crowded(study: Study) -> Places:
@@ -448,7 +449,7 @@ def find_crowded(study: Study) -> Places:
     ERROR,
     "hanging node or crack",
     explanation="A vertex lies on a facet that does not have it, or two facets coincide.",
-    source="18.1",
+    source="18.7.1",
     fix="Merge the points of a crack; split the cell at a hanging node.",
 )
 def find_hanging(study: Study) -> Places:
@@ -468,6 +469,7 @@ def find_hanging(study: Study) -> Places:
     ERROR,
     "neighbours disagree in orientation",
     explanation="Two cells run round their common facet in the same direction.",
+    source="18.7.1",
     fix="Turn one of them; in the plane or in space they lie on the same side of the facet.",
 )
 def find_disagreeing(study: Study) -> Places:
@@ -490,19 +492,17 @@ def find_disagreeing(study: Study) -> Places:
     ERROR,
     "cells overlap",
     explanation="In a planar mesh, boundary edges cross or a boundary vertex is inside a cell.",
-    source="18.1",
+    source="18.7.1",
     fix="Remove one of the overlapping cells, or mend the geometry that was meshed.",
 )
 def find_overlapping(study: Study) -> Places:
     vertices, around = contact.intrusions(study)
     later, earlier = contact.crossings(study)
-    pairs = np.unique(np.stack([later, earlier], axis=1), axis=0)
+    later, earlier = np.unique(np.stack([later, earlier]), axis=1)
     return Places(
         ("a boundary vertex lies inside the cell", "a boundary edge of the cell crosses another"),
-        cells=study.cells_by(np.concatenate([around, pairs[:, 0]])),
-        points=np.concatenate([vertices, np.full(len(pairs), -1)]),
-        kinds=np.repeat([0, 1], [len(around), len(pairs)]),
-        other_cells=study.cells_by(np.concatenate([np.full(len(around), -1), pairs[:, 1]]))[
-            :, None
-        ],
+        cells=study.cells_by(np.concatenate([around, later])),
+        points=np.concatenate([vertices, np.full(len(later), -1)]),
+        kinds=np.repeat([0, 1], [len(around), len(later)]),
+        other_cells=study.cells_by(np.concatenate([np.full(len(around), -1), earlier]))[:, None],
     )

@@ -41,15 +41,14 @@ def hanging_nodes(study: Study) -> Pairs:
         low, high = boxes(study.points, study.noise, sides)
         for vertex, side in around(study.points[boundary], low, high):
             on = lies_on(study.points, study.noise, boundary[vertex], sides[side])
-            hung, owner = boundary[vertex[on]], owners[side[on]]
-            corners = study.corners_of(owner)
-            corners = np.where(corners < 0, -1, study.first_points[corners])
-            # The vertex opposite lies on the facet, or nearly so, if the cell is very thin.
-            foreign = (corners != hung[:, None]).all(axis=1)
-            found.append((hung[foreign], owner[foreign]))
+            found.append((boundary[vertex[on]], owners[side[on]]))
     vertices, owners = _joined(found)
-    vertices, first = np.unique(vertices, return_index=True)
-    return vertices, owners[first]
+    corners = study.corners_of(owners)
+    corners = np.where(corners < 0, -1, study.first_points[corners])
+    # The vertex opposite lies on the facet, or nearly so, if the cell is very thin.
+    foreign = (corners != vertices[:, None]).all(axis=1)
+    vertices, first = np.unique(vertices[foreign], return_index=True)
+    return vertices, owners[foreign][first]
 
 
 def cracks(study: Study) -> Pairs:

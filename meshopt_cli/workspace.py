@@ -11,7 +11,16 @@ import numpy as np
 from . import adjacency
 from .kernels.ball import vertex_quality
 from .kernels.measures import measure_cells
-from .kernels.types import CLOCK, MAX_BALL, MAX_SHELL, N_CELLS, N_FREE, Scratch, SimplexMesh
+from .kernels.types import (
+    CLOCK,
+    MAX_BALL,
+    MAX_CREATED,
+    MAX_SHELL,
+    N_CELLS,
+    N_FREE,
+    Scratch,
+    SimplexMesh,
+)
 from .mesh import Simplices
 
 Array = np.ndarray
@@ -82,7 +91,7 @@ class Workspace:
             cell_clock=_extended(np.ones(n_cells, dtype=np.int64), capacity, 0),
             vertex_clock=vertex_clock,
             free=np.zeros(capacity, dtype=np.int64),
-            state=np.array([n_cells, 0, 1], dtype=np.int64),
+            state=np.array([n_cells, 0, 1, n_points], dtype=np.int64),
             measure=measure,
             single=source.single,
         )
@@ -98,6 +107,11 @@ class Workspace:
     def n_cells(self) -> int:
         """Number of living cells."""
         return int(self.mesh.state[N_CELLS] - self.mesh.state[N_FREE])
+
+    @property
+    def n_input_points(self) -> int:
+        """Number of points the mesh came with."""
+        return len(self._source.points)
 
     def living(self) -> Array:
         """Rows of the living cells, ascending."""
@@ -168,6 +182,18 @@ class Workspace:
         self.mesh = self.mesh._replace(**larger)
         self.scratch = _new_scratch(capacity, len(self.mesh.points))
 
+    def reserve_points(self, n_points: int) -> None:
+        """Make room for vertices up to this number of rows."""
+        old = len(self.mesh.points)
+        if n_points <= old:
+            return
+        fills = {"points": 0.0, "vertex_cell": -1, "fixed": True, "vertex_clock": 0}
+        larger = {n: _extended(getattr(self.mesh, n), n_points, v) for n, v in fills.items()}
+        # The keys of required edges count in rows.
+        keys = self.mesh.required // old * n_points + self.mesh.required % old
+        self.mesh = self.mesh._replace(**larger, required=keys)
+        self.scratch = _new_scratch(len(self.mesh.cells), n_points)
+
     def result(self) -> tuple[Simplices, Array]:
         """The mesh as it is now, without the vertices that vanished.
 
@@ -175,7 +201,8 @@ class Workspace:
         -------
         simplices : Simplices
         origin : (np',) int64
-            The point of the input that each point was. Points that no cell used stay.
+            The point of the input that each point was, -1 for a new one. Points that no cell
+            used stay.
         """
         rows = self.living()
         # Cells in order of region, then of their first vertex: stable, and near in memory.
@@ -183,17 +210,20 @@ class Workspace:
         region = self.mesh.region[rows]
         order = np.lexsort((cells.min(axis=1), region))
         cells, region = cells[order], region[order]
-        unused = np.ones(len(self.mesh.points), dtype=bool)
+        n_before = len(self._source.points)
+        unused = np.zeros(len(self.mesh.points), dtype=bool)
+        unused[:n_before] = True
         unused[self._source.cells.ravel()] = False
         kept = unused | (self.mesh.vertex_cell >= 0)
-        origin = np.flatnonzero(kept)
+        rows = np.flatnonzero(kept)
+        origin = np.where(rows < n_before, rows, -1)
         number = np.cumsum(kept) - 1
         worked = replace(
             self._source,
-            points=self.mesh.points[origin],
+            points=self.mesh.points[rows],
             cells=number[cells],
             region=region,
-            fixed=self._source.fixed[origin],
+            fixed=self._source.fixed[origin] & (origin >= 0),
             facets=number[self._source.facets],
             edges=number[self._source.edges],
         )
@@ -219,8 +249,9 @@ def _new_scratch(capacity: int, n_points: int) -> Scratch:
         ring=np.zeros(MAX_SHELL, dtype=np.int64),
         table=np.zeros((MAX_SHELL, MAX_SHELL)),
         split=np.zeros((MAX_SHELL, MAX_SHELL), dtype=np.int64),
-        created=np.zeros((2 * MAX_SHELL, 4), dtype=np.int64),
-        facets=np.zeros((8 * MAX_SHELL, 4), dtype=np.int64),
+        cavity=np.zeros(MAX_BALL, dtype=np.int64),
+        created=np.zeros((MAX_CREATED, 4), dtype=np.int64),
+        facets=np.zeros((4 * MAX_CREATED, 4), dtype=np.int64),
         values=np.zeros(MAX_BALL),
         gradients=np.zeros((MAX_BALL, 3)),
         cell_mark=np.zeros(capacity, dtype=np.int64),

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from ._jit import kernel
-from .ball import next_stamp, touch
+from .ball import next_stamp, quality_at, touch
 from .geometry import at
-from .measures import tet_quality
-from .tables import TET_FACETS
+from .tables import TET_FACETS, TRI_FACETS
 from .types import N_CELLS, N_FREE
+
+UNMATCHED = -2  # no handle: -1 is the boundary
 
 
 @kernel
@@ -52,7 +53,7 @@ def match_facet(facets, n, a, b, c, handle):
     Returns
     -------
     other : int
-        Handle of the match, which is taken off the list; -2 when there is none.
+        Handle of the match, which is taken off the list; UNMATCHED when there is none.
     n : int
         Number of waiting facets after the call.
     """
@@ -70,50 +71,54 @@ def match_facet(facets, n, a, b, c, handle):
     facets[n, 1] = middle
     facets[n, 2] = high
     facets[n, 3] = handle
-    return -2, n + 1
+    return UNMATCHED, n + 1
 
 
 @kernel
-def replace_tets(mesh, old, n_old, n_new, scratch):
-    """Put the first `n_new` rows of `scratch.created` in place of the tets `old`.
+def match_cell_facet(mesh, cell, k, handle, n, scratch):
+    """`match_facet` for facet k of a cell; an edge of a triangle has no third vertex."""
+    if mesh.cells.shape[1] == 4:
+        a = mesh.cells[cell, TET_FACETS[k, 0]]
+        b = mesh.cells[cell, TET_FACETS[k, 1]]
+        c = mesh.cells[cell, TET_FACETS[k, 2]]
+    else:
+        a = mesh.cells[cell, TRI_FACETS[k, 0]]
+        b = mesh.cells[cell, TRI_FACETS[k, 1]]
+        c = -1
+    return match_facet(scratch.facets, n, a, b, c, handle)
+
+
+@kernel
+def replace_cells(mesh, old, n_old, n_new, scratch):
+    """Put the first `n_new` rows of `scratch.created` in place of the cells `old`.
 
     Both sets must fill the same polyhedron, and `has_room` must hold for the difference.
     """
+    width = mesh.cells.shape[1]
     stamp = next_stamp(scratch)
     region = mesh.region[old[0]]
     for i in range(n_old):
         scratch.cell_mark[old[i]] = stamp
-    # The facets of the cavity wait, each with what lies beyond it, for the tet that fills it.
+    # The facets of the cavity wait, each with what lies beyond it, for the cell that fills it.
     n = 0
     for i in range(n_old):
-        for k in range(4):
+        for k in range(width):
             beyond = mesh.neighbours[old[i], k]
             if beyond < 0 or scratch.cell_mark[beyond >> 2] != stamp:
-                a = mesh.cells[old[i], TET_FACETS[k, 0]]
-                b = mesh.cells[old[i], TET_FACETS[k, 1]]
-                c = mesh.cells[old[i], TET_FACETS[k, 2]]
-                _, n = match_facet(scratch.facets, n, a, b, c, beyond)
-    # Lowest rows first, so that the numbering does not depend on how the shell was walked.
+                _, n = match_cell_facet(mesh, old[i], k, beyond, n, scratch)
+    # The first of the old rows is used again first.
     for i in range(n_old):
         kill_cell(mesh, old[n_old - 1 - i])
     for i in range(n_new):
         cell = new_cell(mesh)
         mesh.region[cell] = region
-        for k in range(4):
+        for k in range(width):
             mesh.cells[cell, k] = scratch.created[i, k]
             mesh.vertex_cell[scratch.created[i, k]] = cell
-        for k in range(4):
-            a = mesh.cells[cell, TET_FACETS[k, 0]]
-            b = mesh.cells[cell, TET_FACETS[k, 1]]
-            c = mesh.cells[cell, TET_FACETS[k, 2]]
-            other, n = match_facet(scratch.facets, n, a, b, c, 4 * cell + k)
-            if other != -2:
+        for k in range(width):
+            other, n = match_cell_facet(mesh, cell, k, 4 * cell + k, n, scratch)
+            if other != UNMATCHED:
                 link(mesh, 4 * cell + k, other)
-        mesh.quality[cell] = tet_quality(
-            mesh.measure,
-            at(mesh.points, mesh.cells[cell, 0]),
-            at(mesh.points, mesh.cells[cell, 1]),
-            at(mesh.points, mesh.cells[cell, 2]),
-            at(mesh.points, mesh.cells[cell, 3]),
-        )
+        last = mesh.cells[cell, width - 1]
+        mesh.quality[cell] = quality_at(mesh, 4 * cell + width - 1, at(mesh.points, last))
         touch(mesh, cell)

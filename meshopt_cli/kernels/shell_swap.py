@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from ._jit import entry, kernel
 from .accept import is_accepted, threshold
-from .cavity import has_room, replace_tets
+from .cavity import has_room, replace_cells
 from .geometry import at
 from .measures import tet_quality
 from .shell import SHELL_ELSEWHERE, SHELL_OVERFLOW, gather_shell, is_required
@@ -196,7 +196,7 @@ def simulate_edge_swap(mesh, handle, rule, floor, scratch):
 @kernel
 def apply_swap(mesh, plan, scratch):
     """Carry out a simulated face or edge swap."""
-    replace_tets(mesh, scratch.shell, plan.n_old, plan.n_new, scratch)
+    replace_cells(mesh, scratch.shell, plan.n_old, plan.n_new, scratch)
 
 
 @kernel

@@ -9,6 +9,7 @@ import numpy as np
 
 MAX_BALL = 512  # cells around a vertex
 MAX_SHELL = 24  # cells around an edge
+MAX_CREATED = 128  # cells that one operator makes
 
 
 class Verdict(IntEnum):
@@ -38,6 +39,7 @@ FULL = int(Verdict.FULL)
 N_CELLS = 0  # cells in use, dead ones included: rows [0, n) of the cell arrays
 N_FREE = 1  # dead cells on the stack `free`
 CLOCK = 2  # number of the current sweep
+N_POINTS = 3  # rows [0, n) of the vertex arrays in use
 
 
 class SimplexMesh(NamedTuple):
@@ -47,7 +49,7 @@ class SimplexMesh(NamedTuple):
     interface is a boundary of the cells on either side.
     """
 
-    points: np.ndarray  # (np, 3) float64
+    points: np.ndarray  # (np, 3) float64; np counts the rows kept free for new vertices
     cells: np.ndarray  # (capacity, d + 1) int64, positive order
     neighbours: np.ndarray  # (capacity, d + 1) int64: handle of the facet beyond, or -1
     vertex_cell: np.ndarray  # (np,) int64: a cell of the ball of each vertex, -1 when it has none
@@ -59,7 +61,7 @@ class SimplexMesh(NamedTuple):
     cell_clock: np.ndarray  # (capacity,) int64: sweep of the last change of the cell
     vertex_clock: np.ndarray  # (np,) int64: sweep of the last change in the ball
     free: np.ndarray  # (capacity,) int64: stack of dead cells
-    state: np.ndarray  # (3,) int64: N_CELLS, N_FREE, CLOCK
+    state: np.ndarray  # (4,) int64: N_CELLS, N_FREE, CLOCK, N_POINTS
     measure: int  # code of the quality measure
     single: bool  # points are stored in single precision
 
@@ -73,8 +75,9 @@ class Scratch(NamedTuple):
     ring: np.ndarray  # (MAX_SHELL,) int64 vertices around an edge
     table: np.ndarray  # (MAX_SHELL, MAX_SHELL) float64 worst quality of a part of the polygon
     split: np.ndarray  # (MAX_SHELL, MAX_SHELL) int64 the vertex that part is split at
-    created: np.ndarray  # (2 * MAX_SHELL, 4) int64 vertices of new cells
-    facets: np.ndarray  # (8 * MAX_SHELL, 4) int64 facets waiting for their other side
+    cavity: np.ndarray  # (MAX_BALL,) int64 cells to be replaced
+    created: np.ndarray  # (MAX_CREATED, 4) int64 vertices of new cells
+    facets: np.ndarray  # (4 * MAX_CREATED, 4) int64 facets waiting for their other side
     values: np.ndarray  # (MAX_BALL,) float64
     gradients: np.ndarray  # (MAX_BALL, 3) float64
     cell_mark: np.ndarray  # (capacity,) int64

@@ -7,8 +7,9 @@ from .check import Check
 from .collapse import Collapse
 from .relax import Relax
 from .smooth import Smooth
+from .split import Split
 from .swap import Swap
 
-PASSES: dict[str, type[Pass]] = {p.name: p for p in (Check, Smooth, Swap, Collapse, Relax)}
+PASSES: dict[str, type[Pass]] = {p.name: p for p in (Check, Smooth, Swap, Collapse, Relax, Split)}
 
 __all__ = ["PASSES", "Observer", "Operator", "Pass", "Silent", "Tally"]

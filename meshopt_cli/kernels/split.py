@@ -1,0 +1,257 @@
+"""Insertion of a vertex into a cavity around a bad cell (18.4, "to add a vertex").
+
+The cavity grows from the bad cell across the facet that would make the worst new cell, for as
+long as that may help; the hole is starred from the new vertex, which climbs to where the star is
+best. What is applied is the best stage seen, or nothing. A split of an edge, a face or a cell is
+the case where the cavity is its shell, its two cells, or the cell alone.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from ._jit import entry, kernel
+from .accept import gained
+from .ball import longest_edge_at, next_stamp, quality_at
+from .cavity import has_room, replace_cells
+from .geometry import Vec, at, toward
+from .relocate import climb, rounded
+from .shell import is_required
+from .tables import TET_EDGES, TET_FACETS, TRI_EDGES, TRI_FACETS
+from .types import APPLIED, FULL, INVALID, N_POINTS, NOT_BETTER, NOT_LEGAL
+
+MAX_CAVITY = 40  # cells
+N_REFINEMENTS = 2  # rounds of growing the cavity and moving the vertex
+
+
+class Insertion(NamedTuple):
+    """A simulated insertion.
+
+    The cells of the cavity are in `scratch.cavity`, and the handles of its facets, each in
+    the cell inside, in `scratch.ball`.
+    """
+
+    verdict: int
+    n_cells: int
+    n_facets: int
+    position: Vec
+    worst: float
+
+
+@kernel
+def centre(mesh, cell):
+    """Barycentre of a cell."""
+    x = 0.0
+    y = 0.0
+    z = 0.0
+    width = mesh.cells.shape[1]
+    for k in range(width):
+        p = at(mesh.points, mesh.cells[cell, k])
+        x += p.x / width
+        y += p.y / width
+        z += p.z / width
+    return Vec(x, y, z)
+
+
+@kernel
+def grow_cavity(mesh, cell, p, scratch):
+    """Find the cavity around a cell whose star from p has the best worst q.
+
+    Returns
+    -------
+    n_cells, n_facets : int
+        Of the best cavity, left in `scratch.cavity` and `scratch.ball`.
+    worst : float
+        Worst q of its star.
+    before : float
+        Worst q of its cells.
+    """
+    width = mesh.cells.shape[1]
+    cavity = scratch.cavity
+    facets = scratch.ball
+    values = scratch.values
+    stamp = next_stamp(scratch)
+    cavity[0] = cell
+    scratch.cell_mark[cell] = stamp
+    n_cells = 1
+    n_facets = 0
+    for k in range(width):
+        facets[n_facets] = 4 * cell + k
+        values[n_facets] = quality_at(mesh, facets[n_facets], p)
+        n_facets += 1
+    before = mesh.quality[cell]
+    best_n = 0
+    best_worst = -math.inf
+    best_before = before
+    while True:
+        worst = math.inf
+        weakest = -1
+        for i in range(n_facets):
+            if values[i] < worst:
+                worst = values[i]
+                weakest = i
+        if worst > best_worst:
+            best_n = n_cells
+            best_worst = worst
+            best_before = before
+        beyond = mesh.neighbours[facets[weakest] >> 2, facets[weakest] & 3]
+        if beyond < 0 or n_cells == MAX_CAVITY:
+            break
+        # The neighbour joins: facets it shares with the cavity vanish, the others are new.
+        added = beyond >> 2
+        scratch.cell_mark[added] = stamp
+        cavity[n_cells] = added
+        n_cells += 1
+        before = min(before, mesh.quality[added])
+        n_facets = close_facets(mesh, added, facets, values, n_facets, p, stamp, scratch)
+    # Take the later cells out again.
+    n_facets = 0
+    stamp = next_stamp(scratch)
+    for i in range(best_n):
+        scratch.cell_mark[cavity[i]] = stamp
+    for i in range(best_n):
+        for k in range(width):
+            beyond = mesh.neighbours[cavity[i], k]
+            if beyond < 0 or scratch.cell_mark[beyond >> 2] != stamp:
+                facets[n_facets] = 4 * cavity[i] + k
+                n_facets += 1
+    return best_n, n_facets, best_worst, best_before
+
+
+@kernel
+def close_facets(mesh, added, facets, values, n_facets, p, stamp, scratch):
+    """Update the facets of a cavity for a cell that joined it; returns how many there are."""
+    for k in range(mesh.cells.shape[1]):
+        beyond = mesh.neighbours[added, k]
+        if beyond >= 0 and scratch.cell_mark[beyond >> 2] == stamp:
+            for i in range(n_facets):
+                if facets[i] == beyond:
+                    n_facets -= 1
+                    facets[i] = facets[n_facets]
+                    values[i] = values[n_facets]
+                    break
+        else:
+            facets[n_facets] = 4 * added + k
+            values[n_facets] = quality_at(mesh, facets[n_facets], p)
+            n_facets += 1
+    return n_facets
+
+
+@kernel
+def is_legal_cavity(mesh, n_cells, n_facets, scratch):
+    """Whether a star of the cavity keeps all vertices and all edges that must stay."""
+    width = mesh.cells.shape[1]
+    stamp = next_stamp(scratch)
+    for i in range(n_facets):
+        cell = scratch.ball[i] >> 2
+        for k in range(width):
+            if k != scratch.ball[i] & 3:
+                scratch.vertex_mark[mesh.cells[cell, k]] = stamp
+    for i in range(n_cells):
+        for k in range(width):
+            if scratch.vertex_mark[mesh.cells[scratch.cavity[i], k]] != stamp:
+                return False
+    if mesh.required.shape[0] > 0:
+        table = TET_EDGES if width == 4 else TRI_EDGES
+        for i in range(n_cells):
+            for e in range(table.shape[0]):
+                a = mesh.cells[scratch.cavity[i], table[e, 0]]
+                b = mesh.cells[scratch.cavity[i], table[e, 1]]
+                if is_required(mesh, a, b):
+                    return False
+    return True
+
+
+@kernel
+def refine_insertion(mesh, cell, start, scratch):
+    """Let the cavity grow and the new vertex move in turn, from one starting point."""
+    p = rounded(mesh, start)
+    n_cells, n_facets, worst, before = grow_cavity(mesh, cell, p, scratch)
+    for _ in range(N_REFINEMENTS):
+        if worst <= 0.0:
+            break
+        size = longest_edge_at(mesh, scratch.ball, n_facets, p)
+        p, climbed = climb(mesh, scratch.ball, n_facets, p, worst, size, scratch)
+        n_cells, n_facets, worst, before = grow_cavity(mesh, cell, p, scratch)
+        if worst < climbed:
+            break
+    if worst <= 0.0:
+        return Insertion(INVALID, n_cells, n_facets, p, worst)
+    if worst <= gained(before):
+        return Insertion(NOT_BETTER, n_cells, n_facets, p, worst)
+    if not is_legal_cavity(mesh, n_cells, n_facets, scratch):
+        return Insertion(NOT_LEGAL, n_cells, n_facets, p, worst)
+    if not has_room(mesh, n_facets) or n_facets > scratch.created.shape[0]:
+        return Insertion(FULL, n_cells, n_facets, p, worst)
+    return Insertion(APPLIED, n_cells, n_facets, p, worst)
+
+
+@kernel
+def starting_point(mesh, cell, which):
+    """Where a new vertex for a bad cell may start: its centre, or the middle of an edge."""
+    if which == 0:
+        return centre(mesh, cell)
+    tets = mesh.cells.shape[1] == 4
+    a = mesh.cells[cell, TET_EDGES[which - 1, 0] if tets else TRI_EDGES[which - 1, 0]]
+    b = mesh.cells[cell, TET_EDGES[which - 1, 1] if tets else TRI_EDGES[which - 1, 1]]
+    # A little towards the centre: an edge of the boundary must not be touched.
+    middle = toward(at(mesh.points, a), at(mesh.points, b), 0.5)
+    return toward(middle, centre(mesh, cell), 0.2)
+
+
+@kernel
+def simulate_insertion(mesh, cell, scratch):
+    """Simulate the insertion of a vertex that mends a cell, the best of several starts."""
+    best = Insertion(NOT_BETTER, 0, 0, Vec(0.0, 0.0, 0.0), -math.inf)
+    best_start = -1
+    for which in range(7 if mesh.cells.shape[1] == 4 else 4):
+        plan = refine_insertion(mesh, cell, starting_point(mesh, cell, which), scratch)
+        if (plan.verdict == APPLIED and plan.worst > best.worst) or best_start < 0:
+            best = plan
+            best_start = which if plan.verdict == APPLIED else best_start
+    if best_start < 0:
+        return best
+    return refine_insertion(mesh, cell, starting_point(mesh, cell, best_start), scratch)
+
+
+@kernel
+def apply_insertion(mesh, plan, scratch):
+    """Carry out a simulated insertion; returns the new vertex."""
+    width = mesh.cells.shape[1]
+    vertex = mesh.state[N_POINTS]
+    mesh.state[N_POINTS] += 1
+    mesh.points[vertex, 0] = plan.position.x
+    mesh.points[vertex, 1] = plan.position.y
+    mesh.points[vertex, 2] = plan.position.z
+    mesh.fixed[vertex] = False
+    for i in range(plan.n_facets):
+        cell = scratch.ball[i] >> 2
+        local = scratch.ball[i] & 3
+        for k in range(width - 1):
+            corner = TET_FACETS[local, k] if width == 4 else TRI_FACETS[local, k]
+            scratch.created[i, k] = mesh.cells[cell, corner]
+        scratch.created[i, width - 1] = vertex
+    replace_cells(mesh, scratch.cavity, plan.n_cells, plan.n_facets, scratch)
+    return vertex
+
+
+@entry
+def sweep_split(mesh, order, max_points, scratch, counts):
+    """Try to mend each cell in turn by a new vertex; see `shell_swap.sweep_swap`.
+
+    Parameters
+    ----------
+    max_points : int
+        Rows of the point arrays that may be used.
+    """
+    for i in range(order.shape[0]):
+        cell = order[i]
+        if not mesh.alive[cell]:
+            continue
+        if mesh.state[N_POINTS] >= max_points:
+            break
+        plan = simulate_insertion(mesh, cell, scratch)
+        counts[plan.verdict] += 1
+        if plan.verdict == APPLIED:
+            apply_insertion(mesh, plan, scratch)
