@@ -503,3 +503,36 @@ def _rows() -> Iterator[Format]:
 
 
 FORMATS: dict[str, Format] = {row.name: row for row in _rows()}
+
+
+@dataclass(frozen=True)
+class Numbering:
+    """How a file counts its cells and points; see `numbering`."""
+
+    family: str
+    types: tuple[str, ...]
+    starts: tuple[int, ...]
+
+    def cell(self, block: int, row: int) -> str:
+        """What to call a row of a block."""
+        names = {"line": "edge", "quad": "quadrilateral", "tetra": "tetrahedron", "wedge": "prism"}
+        kind = self.types[block]
+        word = {"gmsh": "element", "medit": names.get(kind, kind)}.get(self.family, "cell")
+        return f"{word} {self.starts[block] + row}"
+
+    def point(self, i: int) -> str:
+        """What to call a point."""
+        word, first = {"gmsh": ("node", 1), "medit": ("vertex", 1)}.get(self.family, ("point", 0))
+        return f"{word} {first + i}"
+
+
+def numbering(encoding: Encoding, mesh: Mesh) -> Numbering:
+    """Find out how a file of an encoding counts the cells and points of a mesh."""
+    family = FORMATS[encoding.format].family
+    counts: dict[str, int] = {}
+    starts = []
+    for block in mesh.blocks:
+        key = block.type if family == "medit" else ""
+        starts.append(counts.setdefault(key, int(family in ("gmsh", "medit"))))
+        counts[key] += len(block.cells)
+    return Numbering(family, tuple(block.type for block in mesh.blocks), tuple(starts))

@@ -9,23 +9,18 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from builders import mesh, tet_grid, tri_grid
+from builders import mesh
 
 from meshopt_cli import adjacency, formats
 from meshopt_cli.kernels import collapse, flip, relocate, shell_swap, split
 from meshopt_cli.kernels._jit import entry
-from meshopt_cli.kernels.types import N_CELLS, N_POINTS
+from meshopt_cli.kernels.audit import WHOLE, audit
 from meshopt_cli.mesh import Mesh, Simplices, cast
-from meshopt_cli.quality import MEASURES, cell_quality
+from meshopt_cli.quality import MEASURES
 from meshopt_cli.workspace import Workspace
 
 ROOT = Path(__file__).parent.parent
 SAMPLE_NAMES = ("raw_ball.mesh", "quadtree.vtk", "two_regions.msh", "plate.vtu", "grid.vtk")
-
-REGULAR = {
-    2: np.array([[0, 0, 0], [1, 0, 0], [0.5, np.sqrt(3) / 2, 0]]),
-    3: np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], dtype=float)[[0, 2, 1, 3]],
-}
 
 
 # Meshes ---------------------------------------------------------------------------------
@@ -38,14 +33,10 @@ def sample(name: str) -> Simplices:
     return cast(read)
 
 
-def simplices(patch: Mesh | Simplices) -> Simplices:
-    """The cells of a patch, which may be cast already."""
-    return cast(patch) if isinstance(patch, Mesh) else patch
-
-
 def workspace(patch: Mesh | Simplices, measure: str = "aspect-ratio") -> Workspace:
     """A patch as the kernels see it."""
-    return Workspace(simplices(patch), MEASURES[measure].code)
+    source = cast(patch) if isinstance(patch, Mesh) else patch
+    return Workspace(source, MEASURES[measure].code)
 
 
 def volumes(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
@@ -61,35 +52,33 @@ def shaken(patch: Mesh, amount: float, seed: int = 0) -> Mesh:
     source = cast(patch)
     generator = np.random.default_rng(seed)
     width = patch.points.shape[1]
-    step = generator.uniform(-amount, amount, (len(patch.points), width))
+    step = np.zeros((len(source.points), 3))
+    step[:, :width] = generator.uniform(-amount, amount, (len(source.points), width))
     step[np.unique(source.skin)] = 0.0
-    start = source.points[:, :width]
+    least = 1e-2 * volumes(source.points, source.cells)
     while True:
-        moved = source.points.copy()
-        moved[:, :width] = start + step
-        inverted = volumes(moved, source.cells) < 1e-3 * volumes(source.points, source.cells)
+        inverted = volumes(source.points + step, source.cells) < least
         if not inverted.any():
-            return Mesh(moved[:, :width], patch.blocks)
+            return Mesh((source.points + step)[:, :width], patch.blocks, patch.point_data)
         step[source.cells[inverted]] *= 0.5
 
 
 def with_regions(patch: Mesh, regions: np.ndarray) -> Mesh:
-    """The patch with a region number for each cell of its only block."""
-    block = patch.blocks[0]
-    block.data = {"gmsh:physical": np.asarray(regions, dtype=np.int64)}
+    """The patch with a region for each cell of its first block."""
+    patch.blocks[0].data = {"gmsh:physical": np.asarray(regions, dtype=np.int64)}
     return patch
 
 
 def halves(patch: Mesh) -> Mesh:
-    """The patch cut into two regions by the plane x = 1/2, as far as its cells allow."""
+    """The patch cut in two regions near the plane x = 1/2."""
     centres = patch.points[patch.blocks[0].cells].mean(axis=1)
-    return with_regions(patch, (centres[:, 0] > 0.5).astype(int))
+    return with_regions(patch, centres[:, 0] > 0.5)
 
 
-def ring(n: int, radius: float = 1.0) -> np.ndarray:
-    """Corners of a regular polygon in the plane, (n, 2)."""
+def ring(n: int) -> np.ndarray:
+    """Corners of a regular polygon around the origin, (n, 2)."""
     angle = 2 * np.pi * np.arange(n) / n
-    return radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
 def spindle(n: int, height: float = 1.0, shake: float = 0.0, seed: int = 0) -> Mesh:
@@ -97,62 +86,209 @@ def spindle(n: int, height: float = 1.0, shake: float = 0.0, seed: int = 0) -> M
     generator = np.random.default_rng(seed)
     polygon = np.column_stack([ring(n), np.zeros(n)])
     polygon += generator.uniform(-shake, shake, polygon.shape)
-    points = np.concatenate([[[0, 0, -height], [0, 0, height]], polygon])
-    around = np.arange(n)
-    cells = np.stack([0 * around, 0 * around + 1, 2 + around, 2 + (around + 1) % n], axis=1)
-    return mesh(points, tetra=cells)
+    i = np.arange(n)
+    cells = np.stack([0 * i, 0 * i + 1, 2 + i, 2 + (i + 1) % n], axis=1)
+    return mesh([[0, 0, -height], [0, 0, height], *polygon], tetra=cells)
 
 
 def double_pyramid(height: float = 1.0) -> Mesh:
-    """Two tets with one face in common, apexes so high above it: a face swap makes three."""
-    points = [*np.column_stack([ring(3), np.zeros(3)]), [0, 0, height], [0, 0, -height]]
-    return mesh(points, tetra=[[0, 1, 2, 3], [0, 2, 1, 4]])
+    """Two tets on both sides of an equilateral triangle: a face swap makes three of them."""
+    corners = np.column_stack([ring(3), np.zeros(3)])
+    return mesh([*corners, [0, 0, height], [0, 0, -height]], tetra=[[0, 1, 2, 3], [0, 2, 1, 4]])
 
 
 def diamond(height: float = 1.0) -> Mesh:
-    """Two triangles on both sides of an edge of length 2, apexes so far from it."""
+    """Two triangles on both sides of an edge of length 2."""
     return mesh([[-1, 0], [1, 0], [0, height], [0, -height]], triangle=[[0, 1, 2], [1, 0, 3]])
 
 
 def fan(n: int, centre: tuple[float, float] = (0.0, 0.0)) -> Mesh:
-    """n triangles around vertex 0: the ball of a vertex in the plane."""
-    around = np.arange(n)
-    cells = np.stack([0 * around, 1 + around, 1 + (around + 1) % n], axis=1)
+    """n triangles around vertex 0: a closed ball in the plane."""
+    i = np.arange(n)
+    cells = np.stack([0 * i, 1 + i, 1 + (i + 1) % n], axis=1)
     return mesh([centre, *ring(n)], triangle=cells)
 
 
-def icosahedron(centre: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Mesh:
-    """20 tets around vertex 0: the ball of a vertex in space with the degree it should have."""
+def _icosahedron_faces() -> tuple[np.ndarray, np.ndarray]:
+    """Corners (12, 3) around the origin, and faces (20, 3) seen anticlockwise from outside."""
     golden = (1 + np.sqrt(5)) / 2
-    corners = [[0, i, j * golden] for i in (-1, 1) for j in (-1, 1)]
-    corners = np.array([np.roll(c, k) for c in corners for k in range(3)])
-    near = np.linalg.norm(corners[:, None] - corners, axis=2)
-    faces = [
-        (a, b, c)
-        for a in range(12)
-        for b in range(a + 1, 12)
-        for c in range(b + 1, 12)
-        if max(near[a, b], near[b, c], near[a, c]) < 2.1
-    ]
-    cells = []
-    for a, b, c in faces:
-        outward = np.linalg.det(corners[[a, b, c]]) > 0
-        cells.append([1 + a, 1 + b, 1 + c, 0] if not outward else [1 + a, 1 + c, 1 + b, 0])
+    corners = np.array(
+        [np.roll([0, i, j * golden], k) for k in range(3) for i in (-1, 1) for j in (-1, 1)]
+    )
+    near = np.linalg.norm(corners[:, None] - corners, axis=2) < 2.1
+    triples = ((a, b, c) for a in range(12) for b in range(a) for c in range(b))
+    faces = np.array([t for t in triples if near[t[0], t[1]] and near[t[1:]] and near[t[::2]]])
+    inwards = np.linalg.det(corners[faces]) < 0
+    faces[inwards] = faces[inwards][:, ::-1]
+    return corners, faces
+
+
+def icosahedron(centre: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Mesh:
+    """20 tets around vertex 0: the ball of a vertex of degree 12 (footnote 9)."""
+    corners, faces = _icosahedron_faces()
+    cells = np.column_stack([np.zeros(20, dtype=int), faces + 1])
     return mesh([centre, *corners], tetra=cells)
 
 
-def hexagon_lattice(n: int) -> Mesh:
-    """Equilateral triangles that fill a hexagon of side n."""
-    inside = [
-        (i, j) for i in range(-n, n + 1) for j in range(-n, n + 1) if max(abs(i), abs(j), abs(i + j)) <= n
-    ]
-    number = {at: k for k, at in enumerate(inside)}
-    cells = []
-    for i, j in inside:
-        for corners in ([(i, j), (i + 1, j), (i, j + 1)], [(i + 1, j), (i + 1, j - 1 + 1), (i, j + 1)]):
-            cells.append(corners)
-    up = [[(i, j), (i + 1, j), (i, j + 1)] for i, j in inside]
-    down = [[(i, j), (i + 1, j - 1), (i + 1, j)] for i, j in inside]
-    whole = [[number[c] for c in t] for t in up + down if all(c in number for c in t)]
-    points = [[i + j / 2, j * np.sqrt(3) / 2] for i, j in inside]
-    return mesh(points, triangle=whole)
+def hollow_icosahedron() -> Mesh:
+    """The tets from a corner of an icosahedron to its faces: it lacks a vertex in the middle."""
+    corners, faces = _icosahedron_faces()
+    cells = np.column_stack([np.zeros(20, dtype=int), faces])
+    return mesh(corners, tetra=cells[(faces > 0).all(axis=1)])
+
+
+def hollow_polygon(n: int) -> Mesh:
+    """The triangles from a corner of a regular polygon to its sides: no vertex in the middle."""
+    return mesh(ring(n), triangle=[[0, i, i + 1] for i in range(1, n - 1)])
+
+
+def hexagon(n: int) -> Mesh:
+    """Equilateral triangles that fill a hexagon of side n; vertex 0 is its centre."""
+    places = [(i, j) for i in range(-n, n + 1) for j in range(-n, n + 1) if abs(i + j) <= n]
+    places.sort(key=lambda place: place != (0, 0))
+    number = {place: k for k, place in enumerate(places)}
+    up = [[(i, j), (i + 1, j), (i, j + 1)] for i, j in places]
+    down = [[(i, j), (i + 1, j - 1), (i + 1, j)] for i, j in places]
+    cells = [[number[p] for p in cell] for cell in up + down if all(p in number for p in cell)]
+    return mesh([[i + j / 2, j * np.sqrt(3) / 2] for i, j in places], triangle=cells)
+
+
+# Drivers: what only kernels can call, made callable -------------------------------------
+
+
+@entry
+def plan_relocation(mesh, vertex, how, scratch):
+    """`simulate_relocation` for Python."""
+    return relocate.simulate_relocation(mesh, vertex, how, scratch)
+
+
+@entry
+def do_relocation(mesh, vertex, plan, scratch):
+    """`apply_relocation` for Python."""
+    relocate.apply_relocation(mesh, vertex, plan, scratch)
+
+
+@entry
+def plan_flip(mesh, handle, rule, floor):
+    """`simulate_flip` for Python."""
+    return flip.simulate_flip(mesh, handle, rule, floor)
+
+
+@entry
+def do_flip(mesh, plan):
+    """`apply_flip` for Python."""
+    flip.apply_flip(mesh, plan)
+
+
+@entry
+def plan_face_swap(mesh, handle, rule, floor, scratch):
+    """`simulate_face_swap` for Python."""
+    return shell_swap.simulate_face_swap(mesh, handle, rule, floor, scratch)
+
+
+@entry
+def plan_edge_swap(mesh, handle, rule, floor, scratch):
+    """`simulate_edge_swap` for Python."""
+    return shell_swap.simulate_edge_swap(mesh, handle, rule, floor, scratch)
+
+
+@entry
+def best_of_ring(mesh, a, b, n, stop, scratch):
+    """`triangulate_ring` for Python."""
+    return shell_swap.triangulate_ring(mesh, a, b, n, stop, scratch)
+
+
+@entry
+def do_swap(mesh, plan, scratch):
+    """`apply_swap` for Python."""
+    shell_swap.apply_swap(mesh, plan, scratch)
+
+
+@entry
+def plan_collapse(mesh, vertex, onto, how, scratch):
+    """`simulate_midpoint_collapse` for Python, or `simulate_collapse` without `how.midpoint`."""
+    if how.midpoint:
+        return collapse.simulate_midpoint_collapse(mesh, vertex, onto, how, scratch)
+    return collapse.simulate_collapse(mesh, vertex, onto, how, scratch)
+
+
+@entry
+def do_collapse(mesh, plan, scratch):
+    """`apply_collapse` for Python."""
+    collapse.apply_collapse(mesh, plan, scratch)
+
+
+@entry
+def plan_insertion(mesh, cell, scratch):
+    """`simulate_insertion` for Python."""
+    return split.simulate_insertion(mesh, cell, scratch)
+
+
+@entry
+def do_insertion(mesh, plan, scratch):
+    """`apply_insertion` for Python."""
+    split.apply_insertion(mesh, plan, scratch)
+
+
+# What must hold -------------------------------------------------------------------------
+
+
+def snapshot(work: Workspace) -> dict[str, bytes]:
+    """Every byte of a working mesh, by array."""
+    arrays = work.mesh._asdict().items()
+    return {name: a.tobytes() for name, a in arrays if isinstance(a, np.ndarray)}
+
+
+def sorted_skin(mesh: Simplices, origin: np.ndarray | None = None) -> np.ndarray:
+    """Facets on the boundary, on interfaces and declared ones, in the numbers of the input."""
+    rows = mesh.skin if origin is None else origin[mesh.skin]
+    return np.unique(np.sort(rows, axis=1), axis=0)
+
+
+def region_volumes(mesh: Simplices) -> np.ndarray:
+    """Volume of each region."""
+    return np.bincount(mesh.region, weights=volumes(mesh.points, mesh.cells))
+
+
+def assert_whole(work: Workspace) -> None:
+    """The mesh passes the audit, its cells are positive, and it knows how good they are."""
+    assert audit(work.mesh) == (WHOLE, -1)
+    rows = work.living()
+    fresh = Workspace(work.result()[0], work.mesh.measure)
+    assert np.all(volumes(work.mesh.points, work.mesh.cells[rows]) > 0)
+    stored = np.sort(work.mesh.quality[rows])
+    np.testing.assert_allclose(stored, np.sort(fresh.mesh.quality[fresh.living()]), atol=1e-9)
+
+
+def assert_kept(before: Simplices, work: Workspace) -> None:
+    """Nothing is gone that a pass may not touch: skin, fixed vertices, edges, volumes."""
+    assert_whole(work)
+    after, origin = work.result()
+    np.testing.assert_array_equal(sorted_skin(before), sorted_skin(after, origin))
+    number = np.full(len(before.points), -1)
+    number[origin[origin >= 0]] = np.flatnonzero(origin >= 0)
+    pinned = np.zeros(len(before.points), dtype=bool)
+    pinned[np.concatenate([before.skin.ravel(), before.edges.ravel()])] = True
+    pinned |= before.fixed
+    assert np.all(number[pinned] >= 0)
+    assert after.points[number[pinned]].tobytes() == before.points[pinned].tobytes()
+    if len(before.edges):
+        n = len(after.points)
+        there = adjacency.row_keys(adjacency.edges(after.cells, n), n)
+        assert np.isin(adjacency.row_keys(number[before.edges], n), there).all()
+    old, new = region_volumes(before), region_volumes(after)
+    np.testing.assert_allclose(new, old, rtol=0, atol=1e-9 * old.sum())
+
+
+def run_python(code: str, **environment: str) -> str:
+    """What a fresh Python prints that can import the tests; fails when it fails."""
+    path = os.pathsep.join([str(ROOT), str(ROOT / "tests")])
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, "PYTHONPATH": path, **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout

@@ -22,6 +22,7 @@ from .tables import TET_EDGES, TET_FACETS, TRI_EDGES, TRI_FACETS
 from .types import APPLIED, FULL, INVALID, N_POINTS, NOT_BETTER, NOT_LEGAL
 
 MAX_CAVITY = 40  # cells
+PATIENCE = 10  # cells that may join without gain
 N_REFINEMENTS = 2  # rounds of growing the cavity and moving the vertex
 
 
@@ -96,7 +97,7 @@ def grow_cavity(mesh, cell, p, scratch):
             best_worst = worst
             best_before = before
         beyond = mesh.neighbours[facets[weakest] >> 2, facets[weakest] & 3]
-        if beyond < 0 or n_cells == MAX_CAVITY:
+        if beyond < 0 or n_cells == MAX_CAVITY or n_cells > best_n + PATIENCE:
             break
         # The neighbour joins: facets it shares with the cavity vanish, the others are new.
         added = beyond >> 2
@@ -202,17 +203,30 @@ def starting_point(mesh, cell, which):
 
 @kernel
 def simulate_insertion(mesh, cell, scratch):
-    """Simulate the insertion of a vertex that mends a cell, the best of several starts."""
-    best = Insertion(NOT_BETTER, 0, 0, Vec(0.0, 0.0, 0.0), -math.inf)
-    best_start = -1
+    """Simulate the insertion of a vertex that mends a cell.
+
+    The starting points are compared by their first cavities; the two best are refined, and
+    the first that pays is taken.
+    """
+    first = -1
+    second = -1
+    first_worst = -math.inf
+    second_worst = -math.inf
     for which in range(7 if mesh.cells.shape[1] == 4 else 4):
-        plan = refine_insertion(mesh, cell, starting_point(mesh, cell, which), scratch)
-        if (plan.verdict == APPLIED and plan.worst > best.worst) or best_start < 0:
-            best = plan
-            best_start = which if plan.verdict == APPLIED else best_start
-    if best_start < 0:
-        return best
-    return refine_insertion(mesh, cell, starting_point(mesh, cell, best_start), scratch)
+        p = rounded(mesh, starting_point(mesh, cell, which))
+        _, _, worst, _ = grow_cavity(mesh, cell, p, scratch)
+        if worst > first_worst:
+            second = first
+            second_worst = first_worst
+            first = which
+            first_worst = worst
+        elif worst > second_worst:
+            second = which
+            second_worst = worst
+    plan = refine_insertion(mesh, cell, starting_point(mesh, cell, first), scratch)
+    if plan.verdict == APPLIED or second < 0:
+        return plan
+    return refine_insertion(mesh, cell, starting_point(mesh, cell, second), scratch)
 
 
 @kernel

@@ -20,7 +20,7 @@ class Split(Operator):
 
     below: float = option(3.0, "visit only cells whose Q is above this", least=1.0)
     accept: str = option("strict", "the worst Q of the cavity must fall", choices=("strict",))
-    max_vertices: float = option(1.3, "most vertices, over those of the input", least=1.0, most=4.0)
+    max_vertices: float = option(1.5, "most vertices, over those of the input", least=1.0, most=4.0)
 
     def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
         most = int(self.max_vertices * work.n_input_points) + 1

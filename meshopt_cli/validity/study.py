@@ -7,9 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
-from . import validity_geometry as geometry
-from .adjacency import row_ids
-from .mesh import Array, Block, Mesh
+from ..adjacency import row_ids
+from ..mesh import Array, Block, Mesh
+from . import geometry
 
 # Dimension and count of corners of each family of cell types.
 FAMILIES = {
@@ -86,6 +86,25 @@ class Shape:
     turned: bool  # the whole mesh has the other orientation
 
 
+@dataclass(frozen=True)
+class Gates:
+    """Limits that the user sets; None where there is none.
+
+    Attributes
+    ----------
+    fail_above : float or None
+        Greatest Q allowed.
+    measure : str or None
+        By which measure; None means the default one.
+    """
+
+    fail_above: float | None = None
+    measure: str | None = None
+
+
+NO_GATES = Gates()
+
+
 class Study:
     """A mesh under examination, with all that several rules need, found once.
 
@@ -94,8 +113,9 @@ class Study:
     Coordinates are scaled by a power of two, which no rounding goes with.
     """
 
-    def __init__(self, mesh: Mesh) -> None:
+    def __init__(self, mesh: Mesh, gates: Gates = NO_GATES) -> None:
         self.mesh = mesh
+        self.gates = gates
         raw = np.asarray(mesh.points)
         self.n_points = len(raw)
         self.eps = float(np.finfo(raw.dtype if raw.dtype.kind == "f" else float).eps)
@@ -216,6 +236,19 @@ class Study:
         # How far the plane is from the origin does not matter.
         flat = self.points[:, np.argmax(axes, axis=0)]
         return flat, 4 * self.eps * np.abs(flat).max(axis=1), normal
+
+    @cached_property
+    def flat_points(self) -> Array:
+        """Points that the planar measures can work on: in the plane with z = 0, (np, 3)."""
+        if self.plane is None:
+            return self.points
+        return np.column_stack([self.plane[0], np.zeros(self.n_points)])
+
+    @cached_property
+    def simplices(self) -> list[CellSet]:
+        """The sound tetrahedra, or the triangles of a planar mesh."""
+        measured = {"tetra"} if self.plane is None else {"triangle"}
+        return [one for one in self.cell_sets if one.family in measured]
 
     @cached_property
     def shape(self) -> Shape:

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import validity_contact as contact
-from .errors import ConfigError
-from .mesh import Array, Mesh
-from .validity_study import Study, n_corners
+from ..errors import ConfigError
+from ..mesh import Array, Mesh
+from . import contact
+from .study import NO_GATES, Gates, Study, n_corners
 
 ERROR = "error"
 WARNING = "warning"
@@ -203,7 +203,12 @@ def rule(
     return enter
 
 
-def check(mesh: Mesh, select: Iterable[str] = (), ignore: Iterable[str] = ()) -> Report:
+def check(
+    mesh: Mesh,
+    select: Iterable[str] = (),
+    ignore: Iterable[str] = (),
+    gates: Gates = NO_GATES,
+) -> Report:
     """Look for everything that makes a mesh invalid.
 
     Parameters
@@ -214,6 +219,8 @@ def check(mesh: Mesh, select: Iterable[str] = (), ignore: Iterable[str] = ()) ->
         Codes, or prefixes of codes, of the rules to check; none means all.
     ignore : iterable of str
         Codes or prefixes to leave out of those.
+    gates : Gates
+        Limits that the user sets.
 
     Raises
     ------
@@ -222,7 +229,7 @@ def check(mesh: Mesh, select: Iterable[str] = (), ignore: Iterable[str] = ()) ->
     """
     wanted = choose(select, ignore)
     with np.errstate(all="ignore"):
-        study = Study(mesh)
+        study = Study(mesh, gates)
         found = [Group(row, row.find(study)) for row in wanted]
     return Report(tuple(group for group in found if len(group)))
 
@@ -506,3 +513,26 @@ def find_overlapping(study: Study) -> Places:
         kinds=np.repeat([0, 1], [len(around), len(later)]),
         other_cells=study.cells_by(np.concatenate([np.full(len(around), -1), earlier]))[:, None],
     )
+
+
+@rule(
+    "M401",
+    ERROR,
+    "cell worse than --fail-above",
+    explanation="The Q of the cell is above the limit that was set.",
+    source="18.2.1",
+    fix="Optimize the mesh, or mesh anew where the boundary forces bad cells.",
+)
+def find_worse(study: Study) -> Places:
+    if study.gates.fail_above is None:
+        return Places(("",), cells=np.empty((0, 2), np.int64))
+    # The measures are kernels: imported when a limit asks for them.
+    from ..quality import DEFAULT_MEASURE, as_degradation, cell_quality, measure_named
+
+    measure = measure_named(study.gates.measure or DEFAULT_MEASURE)
+    worse = []
+    for one in study.simplices:
+        q = cell_quality(study.flat_points, one.cells, measure)
+        worse.append(one.numbers[as_degradation(np.abs(q)) > study.gates.fail_above])
+    numbers = np.concatenate(worse) if worse else np.empty(0, np.int64)
+    return Places((f"Q above {study.gates.fail_above:g}",), cells=study.cells_by(numbers))

@@ -11,11 +11,11 @@ from itertools import pairwise, product
 
 import numpy as np
 
-from . import validity_geometry as geometry
-from .adjacency import row_ids
-from .mesh import Array
-from .validity_geometry import Pairs
-from .validity_study import FacetSet, Study
+from ..adjacency import row_ids
+from ..mesh import Array
+from . import geometry
+from .geometry import Pairs
+from .study import FacetSet, Study
 
 TOUCH = 1e-7  # a vertex nearer to a facet than this fraction of its longest edge lies on it
 MOST_PAIRS = 200  # pairs of boxes to look at, for each box; sound meshes need a few
