@@ -12,7 +12,7 @@ from hypothesis.extra import numpy as hnp
 
 from meshopt_cli.errors import ConfigError
 from meshopt_cli.mesh import Block, Mesh
-from meshopt_cli.validity import ERROR, RULES, WARNING, check, choose
+from meshopt_cli.validity import ERROR, RULES, WARNING, Gates, check, choose
 
 CORNER = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 SQUARE = [[0, 0], [1, 0], [1, 1], [0, 1]]
@@ -274,9 +274,17 @@ def test_codes(name):
     assert bool(report.warnings) == (WARNING in severities)
 
 
-@pytest.mark.parametrize("code", RULES)
+@pytest.mark.parametrize("code", [code for code in RULES if not code.startswith("M4")])
 def test_every_rule_is_broken_alone(code):
     assert code in [expected for _, expected in BROKEN.values()]
+
+
+def test_a_gate_finds_the_cells_beyond_it():
+    of = tet_grid(2)
+    assert check(of, gates=Gates(fail_above=10.0)).codes == ()
+    worst = check(of, gates=Gates(fail_above=1.1))
+    assert worst.codes == ("M401",)
+    assert len(worst.groups[0]) == len(of.blocks[0].cells)
 
 
 @pytest.mark.parametrize("scale", [1e-150, 1e-9, 1e9, 1e150])

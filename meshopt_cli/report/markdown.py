@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from .model import Report
-from .rows import HEADINGS, closing_line, count_row, named_rows, pass_rows, percent_row
+from .rows import HEADINGS, closing_lines, count_row, named_rows, pass_rows, percent_row
 
 
 def _row(cells: list[str]) -> str:
@@ -23,5 +23,5 @@ def to_markdown(reports: list[Report]) -> str:
             heads = ["pass", "runs", "tried", "applied", "refused", "s", "Q_T"]
             lines += ["", _row(heads), _row(["---"] * len(heads))]
             lines += [_row(row) for row in pass_rows(report, each_round=False)]
-        lines += ["", closing_line(report), ""]
+        lines += ["", "; ".join(closing_lines(report)), ""]
     return "\n".join(lines)

@@ -77,14 +77,17 @@ def pass_rows(report: Report, each_round: bool) -> list[list[str]]:
     return rows
 
 
-def closing_line(report: Report) -> str:
-    """Why the run stopped, what vanished, angles and times."""
+def closing_lines(report: Report) -> list[str]:
+    """Why the run stopped, what came and went, angles and times."""
     after = report.after or report.before
     kind = "dihedral angles" if after.dimension == 3 else "angles"
-    parts = [f"{kind} {after.angle_min:.1f} to {after.angle_max:.1f} degrees"]
-    if report.after is not None:
-        parts.insert(0, f"stopped: {report.stopped}")
-        gone = report.before.n_points - report.after.n_points
-        parts.append(f"{gone:,} vertices removed" if gone else "no vertex removed")
-        parts.append(", ".join(f"{k} {v:.2f} s" for k, v in report.seconds.items()))
-    return "; ".join(parts)
+    angles = f"{kind} {after.angle_min:.1f} to {after.angle_max:.1f} degrees"
+    if report.after is None:
+        return [angles]
+    change = report.after.n_points - report.before.n_points
+    vertices = f"{abs(change):,} vertices {'more' if change > 0 else 'less'}"
+    times = ", ".join(f"{name} {seconds:.2f} s" for name, seconds in report.seconds.items())
+    return [
+        f"stopped: {report.stopped}; {vertices if change else 'as many vertices as before'}",
+        f"{angles}; {times}",
+    ]

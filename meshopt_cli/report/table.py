@@ -8,7 +8,7 @@ from rich.text import Text
 
 from ..quality import Summary
 from .model import Report
-from .rows import HEADINGS, closing_line, count_row, named_rows, pass_rows, percent_row
+from .rows import HEADINGS, closing_lines, count_row, named_rows, pass_rows, percent_row
 
 BAR_WIDTH = 64
 BLOCKS = "\u2588\u2593\u2592\u2591"
@@ -68,5 +68,5 @@ def render(report: Report, plain: bool = False, each_round: bool = False) -> Ren
         parts.append(Text(f"{name:7}") + bar(summary, plain))
     if report.passes:
         parts += ["", passes_table(report, each_round)]
-    parts += ["", Text(closing_line(report))]
+    parts += ["", *(Text(line) for line in closing_lines(report))]
     return Group(*parts)
