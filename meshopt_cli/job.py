@@ -90,17 +90,26 @@ def optimize(
     result = with_simplices(mesh, worked, origin, source)
     final = cast(result)
     after = summarize(final, measure, others, before.target)
-    prove(source, final, origin, measure)
+    prove(source, final, mesh.points, result.points, origin, measure)
     return Result(
         result, measure, before, after, outcome, time.perf_counter() - start, source.turned
     )
 
 
-def prove(before: Simplices, after: Simplices, origin: Array, measure: Measure) -> None:
+def prove(
+    before: Simplices,
+    after: Simplices,
+    points_before: Array,
+    points_after: Array,
+    origin: Array,
+    measure: Measure,
+) -> None:
     """Compare a result, as it will be written, with the input.
 
     Parameters
     ----------
+    points_before, points_after : (np, 2 or 3) array
+        As the files have them.
     origin : (np',) int64
         The point of the input that each point of the result was, -1 for a new one.
 
@@ -118,7 +127,7 @@ def prove(before: Simplices, after: Simplices, origin: Array, measure: Measure) 
     skin = np.unique(_skin(before))
     number = np.full(len(before.points), -1)
     number[origin[origin >= 0]] = np.flatnonzero(origin >= 0)
-    if not np.array_equal(before.points[skin], after.points[number[skin]]):
+    if not np.array_equal(points_before[skin], points_after[number[skin]]):
         raise InvariantError("a vertex of the boundary moved")
     old, new = _volumes(before), _volumes(after)
     if len(old) != len(new) or np.any(np.abs(old - new) > VOLUME_TOLERANCE * old.sum()):

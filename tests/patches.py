@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 from builders import mesh
+from hypothesis import settings
 
 from meshopt_cli import adjacency, formats
 from meshopt_cli.kernels import collapse, flip, relocate, shell_swap, split
@@ -91,15 +92,17 @@ def spindle(n: int, height: float = 1.0, shake: float = 0.0, seed: int = 0) -> M
     return mesh([[0, 0, -height], [0, 0, height], *polygon], tetra=cells)
 
 
-def double_pyramid(height: float = 1.0) -> Mesh:
-    """Two tets on both sides of an equilateral triangle: a face swap makes three of them."""
+def double_pyramid(height: float, lean: float = 0.0) -> Mesh:
+    """Two tets on both sides of an equilateral triangle: not convex when they lean by > 1."""
     corners = np.column_stack([ring(3), np.zeros(3)])
-    return mesh([*corners, [0, 0, height], [0, 0, -height]], tetra=[[0, 1, 2, 3], [0, 2, 1, 4]])
+    apexes = [[lean, 0, height], [lean, 0, -height]]
+    return mesh([*corners, *apexes], tetra=[[0, 1, 2, 3], [0, 2, 1, 4]])
 
 
-def diamond(height: float = 1.0) -> Mesh:
-    """Two triangles on both sides of an edge of length 2."""
-    return mesh([[-1, 0], [1, 0], [0, height], [0, -height]], triangle=[[0, 1, 2], [1, 0, 3]])
+def diamond(height: float, lean: float = 0.0) -> Mesh:
+    """Two triangles on both sides of an edge of length 2: not convex when they lean by > 1."""
+    apexes = [[lean, height], [lean, -height]]
+    return mesh([[-1, 0], [1, 0], *apexes], triangle=[[0, 1, 2], [1, 0, 3]])
 
 
 def fan(n: int, centre: tuple[float, float] = (0.0, 0.0)) -> Mesh:
@@ -278,6 +281,11 @@ def assert_kept(before: Simplices, work: Workspace) -> None:
         assert np.isin(adjacency.row_keys(number[before.edges], n), there).all()
     old, new = region_volumes(before), region_volumes(after)
     np.testing.assert_allclose(new, old, rtol=0, atol=1e-9 * old.sum())
+
+
+def examples(n: int) -> settings:
+    """Try n examples, however long the first one takes: it may have to compile."""
+    return settings(max_examples=n, deadline=None)
 
 
 def run_python(code: str, **environment: str) -> str:

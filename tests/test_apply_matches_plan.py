@@ -16,13 +16,22 @@ from meshopt_cli import adjacency
 from meshopt_cli.kernels import accept, measures
 from meshopt_cli.kernels.collapse import Collapse
 from meshopt_cli.kernels.relocate import Relocation
+from meshopt_cli.kernels.tables import TET_EDGES
 from meshopt_cli.kernels.types import (
     APPLIED,
     CLOCK,
     FIXED,
+    FULL,
+    INVALID,
+    MAX_BALL,
+    MAX_SHELL,
     NOT_BETTER,
+    TOO_LARGE,
+    TOO_LONG,
 )
+from meshopt_cli.mesh import Block, Mesh, cast
 from meshopt_cli.passes.smooth import METHODS, WEIGHTS
+from meshopt_cli.quality import MEASURES
 from meshopt_cli.workspace import Workspace
 
 RULES = {
@@ -121,12 +130,9 @@ def worst_of(plan):
 
 def in_use(work):
     """Cells by row, each with the coordinates of its corners."""
-    rows = work.living()
-    return {int(r): (tuple(c), work.mesh.points[c].tobytes()) for r, c in _rows(work, rows)}
-
-
-def _rows(work, rows):
-    return zip(rows, work.mesh.cells[rows], strict=True)
+    mesh = work.mesh
+    return {int(row): (mesh.cells[row].tobytes(), mesh.points[mesh.cells[row]].tobytes())
+            for row in work.living()}  # fmt: skip
 
 
 def measured(work, rows):
@@ -167,16 +173,17 @@ def attempt(work, operator, handle, rule, floor):
     old, new = in_use(work), in_use(twin)
     gone = [row for row in old if new.get(row) != old[row]]
     made = [row for row in new if old.get(row) != new[row]]
-    worst = worst_of(plan)
-    if made:
-        np.testing.assert_allclose(measured(twin, made).min(), worst, rtol=0, atol=1e-10)
-        assert twin.mesh.quality[made].min() == worst
-        assert is_allowed(rule, floor, work.mesh.quality[gone].min(), worst)
-        # What changed is visited again, and nothing else.
-        assert np.all(twin.mesh.cell_clock[made] == twin.mesh.state[CLOCK])
-        same = [row for row in new if row not in made]
-        assert np.all(twin.mesh.cell_clock[same] == work.mesh.cell_clock[same])
     patches.assert_kept(work.result()[0], twin)
+    if not made:
+        return plan.verdict
+    worst = worst_of(plan)
+    np.testing.assert_allclose(measured(twin, made).min(), worst, rtol=0, atol=1e-10)
+    assert twin.mesh.quality[made].min() == pytest.approx(worst, abs=1e-12)
+    assert is_allowed(rule, floor, work.mesh.quality[gone].min(), worst)
+    # What changed is visited again, and nothing else.
+    assert np.all(twin.mesh.cell_clock[made] == twin.mesh.state[CLOCK])
+    same = sorted(set(new) - set(made))
+    assert np.all(twin.mesh.cell_clock[same] == work.mesh.cell_clock[same])
     return plan.verdict
 
 
@@ -254,3 +261,264 @@ def test_insertion_anywhere(dimension):
     work = shaken_workspace(dimension, 5)
     work.reserve_points(work.n_input_points + 1)
     attempts(work, INSERTION, "strict")
+
+
+def everything(work):
+    """The operators of a mesh whose rule can be chosen."""
+    yield from (op for name, op in RELOCATIONS.items() if name != "optimize")
+    yield from (ENDS, MIDPOINT)
+    yield from (FLIP,) if work.dimension == 2 else (FACE_SWAP, EDGE_SWAP)
+
+
+PLAIN = {
+    "squares": tri_grid(3),
+    "hexagon": patches.hexagon(2),
+    "cubes": tet_grid(3),
+    "octahedron": patches.spindle(4),
+    "icosahedron": patches.icosahedron(),
+}
+
+
+@pytest.mark.parametrize("rule", [accept.RATIO, accept.FLOOR])
+@pytest.mark.parametrize("name", PLAIN)
+def test_at_the_limit(name, rule):
+    """Cells of equal quality: what is exactly as good as before hides nothing that is worse."""
+    work = patches.workspace(PLAIN[name])
+    for operator in everything(work):
+        for handle in operator.handles(work):
+            attempt(work, operator, handle, rule, 1.0)
+
+
+@pytest.mark.parametrize("name", PLAIN)
+def test_flat_cells_are_no_cells(name):
+    """The most tolerant rule still wants cells that are positive beyond rounding."""
+    work = patches.workspace(PLAIN[name])
+    for operator in everything(work):
+        for handle in operator.handles(work):
+            attempt(work, operator, handle, accept.VALID, 0.0)
+
+
+@pytest.mark.parametrize("name", ["laplace", "weighted", "quality-uniform"])
+@pytest.mark.parametrize("patch", [patches.hexagon(1), patches.icosahedron()])
+def test_standing_still_is_no_change(patch, name):
+    """A vertex that is where it should be is not applied: rounds would never end."""
+    work = patches.workspace(patch)
+    for rule in ("no-worse", "floor", "valid"):
+        plan = RELOCATIONS[name].simulate(work, 0, *RULES[rule])
+        moved = np.linalg.norm(np.array(plan.position) - work.mesh.points[0])
+        assert plan.verdict != APPLIED or moved > 1e-9
+
+
+@pytest.mark.parametrize("measure", MEASURES)
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_every_measure(dimension, measure):
+    """Plans tell the truth whatever measures quality."""
+    work = shaken_workspace(dimension, 6, measure)
+    for operator in (RELOCATIONS["optimize"], FLIP if dimension == 2 else EDGE_SWAP):
+        assert attempts(work, operator, "strict")[APPLIED] > 0
+
+
+# By name --------------------------------------------------------------------------------
+
+
+def plan_at(patch, operator, handle, rule="strict"):
+    """The plan for one place of a patch."""
+    return operator.simulate(patches.workspace(patch), handle, *RULES[rule])
+
+
+def applied(work, operator, handle, rule="valid"):
+    """Apply an operator in place, whatever it does to quality."""
+    plan = operator.simulate(work, handle, *RULES[rule])
+    assert plan.verdict == APPLIED
+    operator.apply(work, handle, plan)
+    patches.assert_whole(work)
+
+
+def cell_sets(work):
+    """The cells as sets of vertices."""
+    return {frozenset(cell.tolist()) for cell in work.mesh.cells[work.living()]}
+
+
+def edge_number(cell, a, b):
+    """Local number of an edge of a tet."""
+    ends = [{cell[i], cell[j]} for i, j, _, _ in TET_EDGES]
+    return ends.index({a, b})
+
+
+def axis_handle(work):
+    """Handle of the axis of a spindle in the worst of its tets."""
+    cell = int(np.argmin(work.mesh.quality[work.living()]))
+    return 8 * cell + edge_number(work.mesh.cells[cell].tolist(), 0, 1)
+
+
+@pytest.mark.parametrize("n", range(3, 14))
+def test_spindle(n):
+    """A shell of n tets becomes 2 (n - 2), around other edges."""
+    work = patches.workspace(patches.spindle(n, shake=0.1, seed=n))
+    handle = axis_handle(work)
+    assert attempt(work, EDGE_SWAP, handle, *RULES["valid"]) == APPLIED
+    applied(work, EDGE_SWAP, handle)
+    assert work.n_cells == 2 * (n - 2)
+    assert not any({0, 1} <= cell for cell in cell_sets(work))
+
+
+@pytest.mark.parametrize("n", [4, 5, 6, 7])
+def test_long_spindle_improves(n):
+    """The axis of a long spindle is worth removing."""
+    work = patches.workspace(patches.spindle(n, height=0.2 * n + 1, shake=0.05))
+    before = work.standing()
+    applied(work, EDGE_SWAP, axis_handle(work), "strict")
+    assert work.standing().worst > before.worst
+
+
+def test_spindle_is_seen_from_its_worst_tet_only():
+    work = patches.workspace(patches.spindle(6, shake=0.2))
+    seen = [EDGE_SWAP.simulate(work, 8 * c + 0, *RULES["valid"]).verdict for c in range(6)]
+    assert [c for c in range(6) if seen[c] != NOT_VISITED] == [axis_handle(work) // 8]
+
+
+def test_spindle_too_large():
+    """A shell that fits is swapped; one tet more, and it has a verdict of its own."""
+    fits = patches.workspace(patches.spindle(MAX_SHELL))
+    assert EDGE_SWAP.simulate(fits, axis_handle(fits), *RULES["valid"]).verdict != TOO_LARGE
+    more = patches.workspace(patches.spindle(MAX_SHELL + 1))
+    assert attempt(more, EDGE_SWAP, axis_handle(more), *RULES["valid"]) == TOO_LARGE
+
+
+@pytest.mark.parametrize("operator", [RELOCATIONS["laplace"], ENDS], ids=["relocation", "collapse"])
+def test_ball_too_large(operator):
+    """A ball that fits is worked on; one cell more, and it has a verdict of its own."""
+    handle = (0, 1) if operator is ENDS else 0
+    assert plan_at(patches.fan(MAX_BALL, (0.4, 0)), operator, handle).verdict != TOO_LARGE
+    assert plan_at(patches.fan(MAX_BALL + 1, (0.4, 0)), operator, handle).verdict == TOO_LARGE
+
+
+def test_face_swap_and_back():
+    """Two tets become three, and the swap of the new edge brings the two back."""
+    work = patches.workspace(patches.double_pyramid(0.2))
+    before = cell_sets(work)
+    applied(work, FACE_SWAP, 3, "strict")
+    assert cell_sets(work) == {frozenset({3, 4, *pair}) for pair in ((0, 1), (1, 2), (2, 0))}
+    for handle in EDGE_SWAP.handles(work):
+        plan = EDGE_SWAP.simulate(work, handle, *RULES["valid"])
+        if plan.verdict == APPLIED:
+            EDGE_SWAP.apply(work, handle, plan)
+            break
+    assert cell_sets(work) == before
+
+
+@pytest.mark.parametrize(
+    ("patch", "verdict"),
+    [
+        (patches.double_pyramid(2**0.5), NOT_BETTER),
+        (patches.double_pyramid(0.2, 1.5), INVALID),
+        (patches.halves(patches.double_pyramid(0.2)), APPLIED),
+        (patches.with_regions(patches.double_pyramid(0.2), [1, 2]), FIXED),
+    ],
+    ids=["regular", "not convex", "one region", "two regions"],
+)
+def test_face_swap_verdicts(patch, verdict):
+    assert attempt(patches.workspace(patch), FACE_SWAP, 3, *RULES["strict"]) == verdict
+
+
+def test_flip_twice():
+    """A flip takes the other diagonal; a second one takes the first again."""
+    work = patches.workspace(patches.diamond(0.5))
+    before = cell_sets(work)
+    applied(work, FLIP, 2, "strict")
+    assert cell_sets(work) == {frozenset({2, 3, 0}), frozenset({2, 3, 1})}
+    handle = next(h for h in range(7) if work.mesh.neighbours[h >> 2, h & 3] >= 0)
+    applied(work, FLIP, handle, "valid")
+    assert cell_sets(work) == before
+
+
+@pytest.mark.parametrize(
+    ("patch", "verdict"),
+    [
+        (patches.diamond(2.0), NOT_BETTER),
+        (patches.diamond(0.5, 1.5), INVALID),
+        (patches.diamond(0.5, 1.0), INVALID),
+        (patches.with_regions(patches.diamond(0.5), [1, 2]), FIXED),
+    ],
+    ids=["better as it is", "not convex", "in line", "two regions"],
+)
+def test_flip_verdicts(patch, verdict):
+    assert attempt(patches.workspace(patch), FLIP, 2, *RULES["strict"]) == verdict
+
+
+@pytest.mark.parametrize("ball", [patches.fan(6, (0.6, 0.2)), patches.icosahedron((0.5, 0.3, 0.2))])
+@pytest.mark.parametrize("name", RELOCATIONS)
+def test_relocation_into_the_middle(ball, name):
+    """Every method brings the vertex of a regular ball nearer to its centre."""
+    work = patches.workspace(ball)
+    applied(work, RELOCATIONS[name], 0, "strict")
+    assert np.linalg.norm(work.mesh.points[0]) < np.linalg.norm(ball.points[0])
+
+
+def test_collapse_growth():
+    """No edge may grow beyond the limit, whatever quality gains."""
+    work = patches.workspace(patches.fan(8, (0.9, 0.1)))
+    assert attempt(work, collapse(False, 10.0), (0, 1), *RULES["valid"]) == APPLIED
+    assert attempt(work, collapse(False, 0.5), (0, 1), *RULES["valid"]) == TOO_LONG
+
+
+def test_no_room():
+    """Without rows for another tet the swap waits, and is applied when there are some."""
+    work = patches.workspace(patches.double_pyramid(0.2))
+    full = work.mesh.state[0]
+    work.mesh.state[0] = len(work.mesh.cells)
+    assert FACE_SWAP.simulate(work, 3, *RULES["strict"]).verdict == FULL
+    work.mesh.state[0] = full
+    work.grow()
+    applied(work, FACE_SWAP, 3, "strict")
+
+
+# What must stay -------------------------------------------------------------------------
+
+
+def declaring(patch, **cells):
+    """The patch with cells of lower dimension that its file declares."""
+    blocks = [Block(kind, np.array(rows, dtype=np.int64)) for kind, rows in cells.items()]
+    return Mesh(patch.points, patch.blocks + blocks)
+
+
+def inner_edges(patch, n):
+    """Some edges that have an end inside."""
+    work = patches.workspace(patch)
+    edges = adjacency.edges(work.mesh.cells[work.living()], len(patch.points))
+    return edges[~work.mesh.fixed[edges].all(axis=1)][:: len(edges) // (3 * n)][:n]
+
+
+def constrained(dimension):
+    """A grid of two regions with declared vertices, edges and facets inside."""
+    grid = tri_grid(5) if dimension == 2 else tet_grid(3)
+    grid = patches.halves(patches.shaken(grid, 0.2, 7))
+    vertex = inner_edges(grid, 6)[-1].max()
+    return declaring(grid, line=inner_edges(grid, 4), vertex=[[vertex]])
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_declared_entities_stay(dimension):
+    """Operators keep the vertices, edges and facets of the file, and every interface."""
+    source = cast(constrained(dimension))
+    assert source.fixed.any()
+    assert len(source.edges if dimension == 3 else source.facets)
+    work = patches.workspace(source)
+    work.reserve_points(work.n_input_points + 1)
+    for operator in (*everything(work), INSERTION):
+        rule = "strict" if operator is INSERTION else "valid"
+        attempts(work, operator, rule)
+
+
+def test_required_edge_of_a_spindle():
+    """A declared edge is not swapped away, and its ends neither move nor vanish."""
+    work = patches.workspace(declaring(patches.spindle(5, height=3.0), line=[[1, 0]]))
+    assert attempt(work, EDGE_SWAP, axis_handle(work), *RULES["valid"]) == FIXED
+
+
+@pytest.mark.parametrize("operator", [RELOCATIONS["laplace"], ENDS])
+def test_declared_vertex_of_a_ball(operator):
+    """A declared vertex neither moves nor vanishes."""
+    work = patches.workspace(declaring(patches.fan(6, (0.6, 0.2)), vertex=[[0]]))
+    handle = (0, 1) if operator is ENDS else 0
+    assert attempt(work, operator, handle, *RULES["valid"]) == FIXED

@@ -129,7 +129,7 @@ def edges(cells):
     return np.concatenate([cells[:, [i, j]] for i in range(width) for j in range(i)])
 
 
-# Planes ---------------------------------------------------------------------------------
+# Planes -----------------------------------------------------------------------------------
 
 
 @every_axis_plane
@@ -198,7 +198,7 @@ def test_heights_over_an_axis_plane_are_kept(axes):
     one = in_plane(shaken(tri_grid(4)), axes, 0.25)
     (across,) = {0, 1, 2} - set(axes)
     one.points[:, across] += np.random.default_rng(1).uniform(-2e-7, 2e-7, len(one.points))
-    result = optimized(one)
+    result = optimized(one, passes=("smooth",))
     assert len(result.points) == len(one.points)
     assert np.any(result.points != one.points)
     assert np.array_equal(result.points[:, across], one.points[:, across])
@@ -215,6 +215,35 @@ def test_a_run_keeps_a_tilted_plane_and_its_boundary(seed, clockwise):
     rim = np.any((flat.points < 1e-9) | (flat.points > 1 - 1e-9), axis=1)
     assert set(map(tuple, one.points[rim])) <= set(map(tuple, result.points))
     assert np.any(~np.isin(result.points[:, 0], one.points[:, 0]))
+
+
+def spiked(side=10):
+    """Triangles that only a new vertex mends: a square around long cells without inner points."""
+    ticks = np.linspace(0, 1, side + 1)[:-1]
+    ring = np.concatenate([
+        np.column_stack([ticks, 0 * ticks]),
+        np.column_stack([1 + 0 * ticks, ticks]),
+        np.column_stack([1 - ticks, 1 + 0 * ticks]),
+        np.column_stack([0 * ticks, 1 - ticks]),
+    ])  # fmt: skip
+    points = np.concatenate([ring, [[0.42, 0.45]]])
+    n = len(ring)
+    return mesh(points, triangle=[[i, (i + 1) % n, n] for i in range(n)])
+
+
+@every_axis_plane
+@pytest.mark.parametrize("stray", [False, True])
+def test_new_vertices_lie_in_the_plane(axes, stray):
+    """Also when points that no cell uses do not."""
+    one = in_plane(spiked(), axes, 0.25)
+    if stray:
+        one.points = np.concatenate([one.points, [[7.0, 8.0, 9.0]]])
+    (across,) = {0, 1, 2} - set(axes)
+    result = optimized(one, passes=("split", "smooth", "swap"))
+    assert len(result.points) > len(one.points)
+    used = result.points[np.unique(cells_of(result, "triangle"))]
+    assert np.all(used[:, across] == 0.25)
+    assert np.all((used[:, list(axes)] >= 0) & (used[:, list(axes)] <= 1))
 
 
 @pytest.mark.parametrize("shift", [(5e5, 5.2e6, 120.0), (-1e7, 0.0, 0.0)])
@@ -469,7 +498,7 @@ def test_declared_cells_are_what_is_fixed():
     assert flat.edges.shape == (0, 2)
 
 
-# All the rest ------------------------------------------------------------------------------
+# All the rest -----------------------------------------------------------------------------
 
 
 def test_unused_points_stay():

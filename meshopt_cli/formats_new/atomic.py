@@ -14,16 +14,8 @@ from pathlib import Path
 def replacing(path: Path) -> Iterator[Path]:
     """Give the path of an empty file to write to, which then takes the place of another.
 
-    Parameters
-    ----------
-    path : Path
-        What is to be replaced: through a symbolic link the file behind it, which hands
-        its permissions on. It stays as it was if anything fails.
-
-    Raises
-    ------
-    OSError
-        The file or its folder cannot be written to.
+    That one is found through symbolic links and hands its permissions on. It stays as it
+    was if anything fails, with an OSError if it or its folder cannot be written to.
     """
     target = Path(os.path.realpath(path))
     if target.exists():
@@ -41,6 +33,5 @@ def replacing(path: Path) -> Iterator[Path]:
             shutil.copymode(target, temporary)
         os.replace(temporary, target)
     except BaseException:
-        with contextlib.suppress(OSError):
-            temporary.unlink()
+        temporary.unlink(missing_ok=True)
         raise

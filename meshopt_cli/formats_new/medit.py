@@ -1,9 +1,9 @@
 """Medit's `.mesh` (text) and `.meshb` (binary).
 
 Both are read by meshio, once the sections are taken out that it refuses, like
-RequiredEdges, or of which it reads no more than the name. In text its reader also wants
-each count on a line of its own, knows versions 1 and 2 only, and rounds large references
-in version 1: so the text is set anew as one of version 2.
+RequiredEdges, or discards. In text it also wants each count on a line of its own, knows
+versions 1 and 2 only, and in version 1 rounds large references: so the text is set anew
+in version 2.
 
 Text is written by meshio. Binary is written here: meshio has versions 3 and 4 only, so
 that a file would lose its version, and single precision with it.
@@ -19,57 +19,39 @@ from pathlib import Path
 import numpy as np
 
 from ..mesh import Array, Block, Mesh
-from .bridge import copy_of, from_meshio, listening, to_meshio
+from .bridge import from_meshio, listening, prepared, to_meshio
 from .sniff import Encoding, UnreadableError
 
 log = logging.getLogger("meshopt")
 
 REF = "medit:ref"
-# code in binary files of each type of cell, by its name in a Block
-CODES = {
-    "line": 5,
-    "triangle": 6,
-    "quad": 7,
-    "tetra": 8,
-    "wedge": 9,
-    "hexahedron": 10,
-    "pyramid": 49,
-}
+# code in binary files of each type of cell
+CODES = {"line": 5, "triangle": 6, "quad": 7, "tetra": 8, "wedge": 9, "hexahedron": 10}
+CODES["pyramid"] = 49
 _DIMENSION, _VERTICES, _END = 3, 4, 54
-_SECTIONS = (
-    "Vertices",
-    "Edges",
-    "Triangles",
-    "Quadrilaterals",
-    "Tetrahedra",
-    "Prisms",
-    "Hexahedra",
-    "Hexaedra",  # as some programs spell it
-    "Pyramids",
-)
-_VERSION = "MeshVersionFormatted"
-_ONE_OF = {_VERSION: (b"1", b"2", b"3", b"4"), "Dimension": (b"2", b"3")}
-_KEYWORD = re.compile(rb"[A-Za-z]{3,}\w*")  # an exponent is one letter
-_NO_KEYWORDS = (b"nan", b"inf", b"infinity")
+_SECTIONS = ("Vertices", "Edges", "Triangles", "Quadrilaterals", "Tetrahedra", "Prisms", "Pyramids")
+_SECTIONS += ("Hexahedra", "Hexaedra")  # as some programs spell it
+_VERSION = b"MeshVersionFormatted"
+_ONE_OF = {_VERSION: (b"1", b"2", b"3", b"4"), b"Dimension": (b"2", b"3")}
+# an exponent is one letter
+_KEYWORD = re.compile(rb"\b(?!nan\b|inf\b|infinity\b)[a-z]{3,}\w*", re.IGNORECASE)
 
 
 def read(path: Path, data: bytes, encoding: Encoding) -> Mesh:
-    """Read a mesh.
+    """Read a mesh, with references as "medit:ref".
 
-    Returns
-    -------
-    Mesh
-        References of vertices and cells are "medit:ref". Vertex numbers start from 0 and
-        are otherwise as the file has them, so a 0 in it is a -1 here.
+    Vertex numbers start from 0 and are otherwise as the file has them: a 0 in it is a -1.
     """
     import meshio.medit
 
     plain, dropped = _plain_binary(data) if encoding.binary else _plain_text(data)
     if dropped:
         log.warning("the sections %s of the Medit file are dropped", ", ".join(dropped))
-    # meshio goes by the last letter
-    with copy_of(plain, "b" if encoding.binary else "a") as copy, listening(logging.WARNING):
+    name = "mesh.meshb" if encoding.binary else "mesh.mesh"  # meshio goes by the last letter
+    with prepared(path, b"", plain, name) as copy, listening(logging.WARNING):
         mesh = from_meshio(meshio.medit.read(copy))
+    for data_of in (mesh.point_data, *(block.data for block in mesh.blocks)):
+        data_of[REF] = data_of[REF].astype(np.int64)
     if encoding.version == "1":
         mesh.points = mesh.points.astype(np.float32)
     return mesh
@@ -79,29 +61,25 @@ def _plain_text(data: bytes) -> tuple[bytes, list[str]]:
     """Set a text anew with what meshio knows; also the names of the sections left out."""
     if b"#" in data or b'"' in data:  # comments and names of other files
         data = re.sub(rb"#[^\r\n]*|\"[^\"\r\n]*\"", b"", data)
-    words = [m for m in _KEYWORD.finditer(data) if m[0].lower() not in _NO_KEYWORDS]
+    words = list(_KEYWORD.finditer(data))
     ends = [word.start() for word in words[1:]] + [len(data)]
     plain, dropped = [], []
     for word, end in zip(words, ends, strict=True):
-        name = word[0].decode()
+        keyword, name = word[0], word[0].decode()
         if name == "End":
             break
         count, rows = [*data[word.end() : end].split(None, 1), b"", b""][:2]
-        if name in _ONE_OF:
-            if count not in _ONE_OF[name] or rows:
-                raise UnreadableError(f"its {name} is not one of {_numbers(_ONE_OF[name])}")
-            plain.append(b"%s %s\n" % (word[0], b"2" if name == _VERSION else count))
+        if keyword in _ONE_OF:
+            if count not in _ONE_OF[keyword]:
+                raise UnreadableError(f"{name} {count.decode()} is not supported")
+            plain.append(b"%s %s\n" % (keyword, b"2" if keyword == _VERSION else count))
         elif name in _SECTIONS:
-            plain.append(b"%s\n%s\n%s\n" % (word[0], count, rows.replace(b"\r", b"\n")))
+            plain.append(b"%s\n%s\n%s\n" % (keyword, count, rows.replace(b"\r", b"\n")))
         elif count != b"0":
             dropped.append(name)
     else:
         log.info("the Medit file has no End: it may be truncated")
     return b"".join(plain), dropped
-
-
-def _numbers(values: tuple[bytes, ...]) -> str:
-    return b", ".join(values).decode()
 
 
 def _plain_binary(data: bytes) -> tuple[bytes, list[str]]:
@@ -110,8 +88,6 @@ def _plain_binary(data: bytes) -> tuple[bytes, list[str]]:
 
     order = "<" if data[:4] == b"\1\0\0\0" else ">"
     _, version = struct.unpack_from(order + "ii", data)
-    if version not in (1, 2, 3, 4):
-        raise UnreadableError(f"its version is {version}, not one of 1, 2, 3, 4")
     head = struct.Struct(order + ("ii" if version < 3 else "iq"))
     at, plain, dropped = 8, [data[:8]], []
     while at + head.size <= len(data):
@@ -132,17 +108,16 @@ def write(path: Path, mesh: Mesh, encoding: Encoding) -> None:
     """Write a mesh, whose blocks have types out of `CODES`, with "medit:ref" if it is there."""
     from meshio.medit import _medit
 
-    zeros = np.zeros(len(mesh.points), np.int64)
-    whole = Mesh(mesh.points, _one_a_type(mesh.blocks), {REF: mesh.point_data.get(REF, zeros)})
-    single = mesh.points.dtype == np.float32
-    version = 1 if single else max(2, int(encoding.version))
+    refs = mesh.point_data.get(REF, np.zeros(len(mesh.points), np.int64))
+    whole = Mesh(mesh.points, _one_a_type(mesh.blocks), {REF: refs})
+    version = 1 if mesh.points.dtype == np.float32 else max(2, int(encoding.version))
     if encoding.binary:
         _write_binary(path, whole, version)
         return
     with listening(logging.INFO):
         _medit.write_ascii_file(path, to_meshio(whole))
-    with path.open("rb+") as stream:  # meshio writes 1 or 2, where 3 and 4 would be the same
-        stream.write(f"{_VERSION} {version}".encode())
+    with path.open("rb+") as stream:  # meshio says 1 or 2, which is the same as 3 or 4 in text
+        stream.write(b"%s %d" % (_VERSION, version))
 
 
 def _one_a_type(blocks: list[Block]) -> list[Block]:
@@ -157,12 +132,11 @@ def _one_a_type(blocks: list[Block]) -> list[Block]:
 
 
 def _write_binary(path: Path, mesh: Mesh, version: int) -> None:
-    """Write version 1 (32-bit reals), 2, 3 (long files) or 4 (64-bit integers too)."""
+    """Write version 1 (32-bit reals), 2, 3 (positions of 64 bits) or 4 (integers too)."""
     columns = [mesh.point_data[REF], *(block.data[REF] for block in mesh.blocks)]
-    if any(len(c) and (c.max() >= 1 << 31 or c.min() < -(1 << 31)) for c in columns):
+    if any(len(c) and max(c.max(), -c.min()) >= 1 << 31 for c in columns):
         version = 4
-    size = 8 * mesh.points.size + 40 * sum(len(block.cells) for block in mesh.blocks)
-    if size > 1 << 30:  # positions in the file may need 64 bits
+    if 8 * mesh.points.size + 40 * sum(len(block.cells) for block in mesh.blocks) > 1 << 30:
         version = max(3, version)
     real, integer = "<f4" if version == 1 else "<f8", "<i8" if version == 4 else "<i4"
     n, dimension = mesh.points.shape
@@ -172,7 +146,6 @@ def _write_binary(path: Path, mesh: Mesh, version: int) -> None:
     for block in mesh.blocks:
         rows = np.column_stack([block.cells + 1, block.data[REF]]).astype(integer)
         sections.append((CODES[block.type], rows))
-
     head = struct.Struct("<ii" if version < 3 else "<iq")
     with path.open("wb") as stream:
         stream.write(struct.pack("<ii", 1, version))

@@ -28,16 +28,12 @@ class Encoding:
         False for text.
     compressed : bool
         Only a binary VTU file can be.
-    float_size : int
-        Bytes of a coordinate in the file, 4 or 8. It is for reports: what is written
-        depends on the type of the points.
     """
 
     format: str
     version: str
     binary: bool
     compressed: bool = False
-    float_size: int = 8
 
 
 def encoding_of(head: bytes) -> Encoding | None:
@@ -81,9 +77,7 @@ def _sniff_vtk(head: bytes) -> Encoding | None:
     header = re.match(rb"# vtk DataFile Version\s+(\S+)[^\n]*\n[^\n]*\n\s*(\w*)", head)
     if not header:
         return None
-    real = re.search(rb"^POINTS\s+\d+\s+(\w+)", head, re.MULTILINE)
-    size = 4 if real and real[1].lower() == b"float" else 8
-    return Encoding("vtk", header[1].decode("latin-1"), header[2].upper() == b"BINARY", False, size)
+    return Encoding("vtk", header[1].decode("latin-1"), header[2].upper() == b"BINARY")
 
 
 def _sniff_vtu(head: bytes) -> Encoding | None:
@@ -93,24 +87,16 @@ def _sniff_vtu(head: bytes) -> Encoding | None:
     version = re.search(rb'\bversion\s*=\s*["\']([^"\']*)', header[1])
     form = re.search(rb'<DataArray\b[^>]*\bformat\s*=\s*["\'](\w+)', head)
     binary = form is not None and form[1] != b"ascii"
-    real = re.search(rb'<Points>\s*<DataArray\b[^>]*\btype\s*=\s*["\']Float(\d+)', head)
-    return Encoding(
-        "vtu",
-        version[1].decode("latin-1") if version else "0.1",
-        binary,
-        binary and b"compressor" in header[1],
-        int(real[1]) // 8 if real else 8,
-    )
+    said = version[1].decode("latin-1") if version else "0.1"
+    return Encoding("vtu", said, binary, binary and b"compressor" in header[1])
 
 
 def _sniff_medit(head: bytes) -> Encoding | None:
     if head[:4] in (b"\1\0\0\0", b"\0\0\0\1"):
         version = int.from_bytes(head[4:8], "little" if head[0] else "big")
-        return Encoding("meditb", str(version), True, False, 4 if version == 1 else 8)
+        return Encoding("meditb", str(version), True)
     header = re.match(rb"(?:\s|#[^\n]*\n)*MeshVersionFormatted\s+(\d+)", head)
-    if not header:
-        return None
-    return Encoding("medit", str(int(header[1])), False, False, 4 if int(header[1]) == 1 else 8)
+    return Encoding("medit", str(int(header[1])), False) if header else None
 
 
 _SNIFFERS = (_sniff_gmsh, _sniff_vtk, _sniff_vtu, _sniff_medit)

@@ -12,7 +12,6 @@ import math
 from typing import NamedTuple
 
 from ._jit import entry, kernel
-from .accept import gained
 from .ball import longest_edge_at, next_stamp, quality_at
 from .cavity import has_room, replace_cells
 from .geometry import Vec, at, toward
@@ -165,7 +164,7 @@ def is_legal_cavity(mesh, n_cells, n_facets, scratch):
 
 
 @kernel
-def refine_insertion(mesh, cell, start, scratch):
+def refine_insertion(mesh, cell, start, gain, scratch):
     """Let the cavity grow and the new vertex move in turn, from one starting point."""
     p = rounded(mesh, start)
     n_cells, n_facets, worst, before = grow_cavity(mesh, cell, p, scratch)
@@ -179,7 +178,7 @@ def refine_insertion(mesh, cell, start, scratch):
             break
     if worst <= 0.0:
         return Insertion(INVALID, n_cells, n_facets, p, worst)
-    if worst <= gained(before):
+    if worst <= before + gain * abs(before):
         return Insertion(NOT_BETTER, n_cells, n_facets, p, worst)
     if not is_legal_cavity(mesh, n_cells, n_facets, scratch):
         return Insertion(NOT_LEGAL, n_cells, n_facets, p, worst)
@@ -202,7 +201,7 @@ def starting_point(mesh, cell, which):
 
 
 @kernel
-def simulate_insertion(mesh, cell, scratch):
+def simulate_insertion(mesh, cell, gain, scratch):
     """Simulate the insertion of a vertex that mends a cell.
 
     The starting points are compared by their first cavities; the two best are refined, and
@@ -223,10 +222,10 @@ def simulate_insertion(mesh, cell, scratch):
         elif worst > second_worst:
             second = which
             second_worst = worst
-    plan = refine_insertion(mesh, cell, starting_point(mesh, cell, first), scratch)
+    plan = refine_insertion(mesh, cell, starting_point(mesh, cell, first), gain, scratch)
     if plan.verdict == APPLIED or second < 0:
         return plan
-    return refine_insertion(mesh, cell, starting_point(mesh, cell, second), scratch)
+    return refine_insertion(mesh, cell, starting_point(mesh, cell, second), gain, scratch)
 
 
 @kernel
@@ -251,13 +250,15 @@ def apply_insertion(mesh, plan, scratch):
 
 
 @entry
-def sweep_split(mesh, order, max_points, scratch, counts):
+def sweep_split(mesh, order, max_points, gain, scratch, counts):
     """Try to mend each cell in turn by a new vertex; see `shell_swap.sweep_swap`.
 
     Parameters
     ----------
     max_points : int
         Rows of the point arrays that may be used.
+    gain : float
+        Least gain of the worst q of a cavity, as a part of it.
     """
     for i in range(order.shape[0]):
         cell = order[i]
@@ -265,7 +266,7 @@ def sweep_split(mesh, order, max_points, scratch, counts):
             continue
         if mesh.state[N_POINTS] >= max_points:
             break
-        plan = simulate_insertion(mesh, cell, scratch)
+        plan = simulate_insertion(mesh, cell, gain, scratch)
         counts[plan.verdict] += 1
         if plan.verdict == APPLIED:
             apply_insertion(mesh, plan, scratch)

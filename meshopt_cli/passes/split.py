@@ -21,6 +21,9 @@ class Split(Operator):
     below: float = option(3.0, "visit only cells whose Q is above this", least=1.0)
     accept: str = option("strict", "the worst Q of the cavity must fall", choices=("strict",))
     max_vertices: float = option(1.5, "most vertices, over those of the input", least=1.0, most=4.0)
+    least_gain: float = option(
+        0.1, "least gain of the worst quality of a cavity, as a part of it", least=0.0
+    )
 
     def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
         most = int(self.max_vertices * work.n_input_points) + 1
@@ -32,6 +35,6 @@ class Split(Operator):
         order = self.ordered(work, cells, quality)
 
         def kernel(chunk):
-            sweep_split(work.mesh, chunk, most, work.scratch, tally.counts)
+            sweep_split(work.mesh, chunk, most, self.least_gain, work.scratch, tally.counts)
 
         self.visit(work, order, kernel, tally, observer)
