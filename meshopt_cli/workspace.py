@@ -88,7 +88,6 @@ class Workspace:
             alive=_extended(np.ones(n_cells, dtype=bool), capacity, False),
             fixed=fixed,
             required=required,
-            cell_clock=_extended(np.ones(n_cells, dtype=np.int64), capacity, 0),
             vertex_clock=vertex_clock,
             free=np.zeros(capacity, dtype=np.int64),
             state=np.array([n_cells, 0, 1, n_points], dtype=np.int64),
@@ -177,7 +176,7 @@ class Workspace:
     def grow(self) -> None:
         """Make room for more cells."""
         capacity = int(ROOM * len(self.mesh.cells)) + 64
-        per_cell = ("cells", "neighbours", "quality", "region", "alive", "cell_clock", "free")
+        per_cell = ("cells", "neighbours", "quality", "region", "alive", "free")
         larger = {name: _extended(getattr(self.mesh, name), capacity, 0) for name in per_cell}
         self.mesh = self.mesh._replace(**larger)
         self.scratch = _new_scratch(capacity, len(self.mesh.points))

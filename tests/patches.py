@@ -16,7 +16,7 @@ from meshopt_cli import adjacency, formats
 from meshopt_cli.kernels import collapse, flip, relocate, shell_swap, split
 from meshopt_cli.kernels._jit import entry
 from meshopt_cli.kernels.audit import WHOLE, audit
-from meshopt_cli.mesh import Mesh, Simplices, cast
+from meshopt_cli.mesh import Block, Mesh, Simplices, cast
 from meshopt_cli.quality import MEASURES
 from meshopt_cli.workspace import Workspace
 
@@ -74,6 +74,22 @@ def halves(patch: Mesh) -> Mesh:
     """The patch cut in two regions near the plane x = 1/2."""
     centres = patch.points[patch.blocks[0].cells].mean(axis=1)
     return with_regions(patch, centres[:, 0] > 0.5)
+
+
+def declaring(patch: Mesh, **cells) -> Mesh:
+    """The patch with cells of lower dimension that its file declares."""
+    blocks = [Block(kind, np.array(rows, dtype=np.int64)) for kind, rows in cells.items()]
+    return Mesh(patch.points, patch.blocks + blocks)
+
+
+def declaring_some(patch: Mesh) -> Mesh:
+    """The patch with a few edges and a vertex inside it declared."""
+    source = cast(patch)
+    edges = adjacency.edges(source.cells, len(source.points))
+    outside = np.isin(edges, source.skin)
+    inside = edges[~outside.all(axis=1)]
+    vertex = inside[-1][~np.isin(inside[-1], source.skin)][0]
+    return declaring(patch, line=inside[:: len(inside) // 5], vertex=[[vertex]])
 
 
 def ring(n: int) -> np.ndarray:

@@ -29,7 +29,7 @@ from meshopt_cli.kernels.types import (
     TOO_LARGE,
     TOO_LONG,
 )
-from meshopt_cli.mesh import Block, Mesh, cast
+from meshopt_cli.mesh import cast
 from meshopt_cli.passes.smooth import METHODS, WEIGHTS
 from meshopt_cli.quality import MEASURES
 from meshopt_cli.workspace import Workspace
@@ -476,31 +476,11 @@ def test_no_room():
 # What must stay -------------------------------------------------------------------------
 
 
-def declaring(patch, **cells):
-    """The patch with cells of lower dimension that its file declares."""
-    blocks = [Block(kind, np.array(rows, dtype=np.int64)) for kind, rows in cells.items()]
-    return Mesh(patch.points, patch.blocks + blocks)
-
-
-def inner_edges(patch, n):
-    """Some edges that have an end inside."""
-    work = patches.workspace(patch)
-    edges = adjacency.edges(work.mesh.cells[work.living()], len(patch.points))
-    return edges[~work.mesh.fixed[edges].all(axis=1)][:: len(edges) // (3 * n)][:n]
-
-
-def constrained(dimension):
-    """A grid of two regions with declared vertices, edges and facets inside."""
-    grid = tri_grid(5) if dimension == 2 else tet_grid(3)
-    grid = patches.halves(patches.shaken(grid, 0.2, 7))
-    vertex = inner_edges(grid, 6)[-1].max()
-    return declaring(grid, line=inner_edges(grid, 4), vertex=[[vertex]])
-
-
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_declared_entities_stay(dimension):
     """Operators keep the vertices, edges and facets of the file, and every interface."""
-    source = cast(constrained(dimension))
+    grid = patches.halves(tri_grid(5)) if dimension == 2 else tet_grid(3)
+    source = cast(patches.declaring_some(patches.shaken(grid, 0.2, 7)))
     assert source.fixed.any()
     assert len(source.edges if dimension == 3 else source.facets)
     work = patches.workspace(source)
@@ -512,13 +492,13 @@ def test_declared_entities_stay(dimension):
 
 def test_required_edge_of_a_spindle():
     """A declared edge is not swapped away, and its ends neither move nor vanish."""
-    work = patches.workspace(declaring(patches.spindle(5, height=3.0), line=[[1, 0]]))
+    work = patches.workspace(patches.declaring(patches.spindle(5, height=3.0), line=[[1, 0]]))
     assert attempt(work, EDGE_SWAP, axis_handle(work), *RULES["valid"]) == FIXED
 
 
 @pytest.mark.parametrize("operator", [RELOCATIONS["laplace"], ENDS])
 def test_declared_vertex_of_a_ball(operator):
     """A declared vertex neither moves nor vanishes."""
-    work = patches.workspace(declaring(patches.fan(6, (0.6, 0.2)), vertex=[[0]]))
+    work = patches.workspace(patches.declaring(patches.fan(6, (0.6, 0.2)), vertex=[[0]]))
     handle = (0, 1) if operator is ENDS else 0
     assert attempt(work, operator, handle, *RULES["valid"]) == FIXED

@@ -168,7 +168,9 @@ def test_stop_criteria_reach_the_rounds():
 
 
 # Some have no other value than their default.
-every_choice = over_options([row for row in OPTIONS if len(field_of(*row).metadata["choices"]) != 1])
+every_choice = over_options(
+    [row for row in OPTIONS if len(field_of(*row).metadata["choices"]) != 1]
+)
 
 
 @every_choice

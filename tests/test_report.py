@@ -432,15 +432,6 @@ def test_the_table_is_ascii_where_the_terminal_is(monkeypatch, one, encoding, bl
     assert text.isascii() == (encoding == "ascii")
 
 
-def test_a_name_the_terminal_cannot_show_is_no_error(monkeypatch):
-    stdout = io.TextIOWrapper(io.BytesIO(), "ascii", write_through=True)
-    monkeypatch.setattr("sys.stdout", stdout)
-    output.print_report([report(path="caf\u00e9.mesh")], "table")
-    text = stdout.buffer.getvalue().decode("ascii")
-    assert "caf" in text
-    assert "100 tetrahedra" in text
-
-
 def test_every_form_is_reached_by_a_suffix(tmp_path):
     for suffix, form in output.SUFFIXES.items():
         path = tmp_path / f"r{suffix.upper()}"

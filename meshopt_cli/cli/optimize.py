@@ -77,7 +77,7 @@ def command(
     from .config import Request, plan_for
     from .findings import show_findings
     from .output import form_of, print_report, report_of, write_reports
-    from .terminal import announce_compilation, progress
+    from .terminal import compile_kernels, progress
 
     output = _output(input, output, in_place)
     names = None if passes is None else tuple(n.strip() for n in passes.split(",") if n.strip())
@@ -90,7 +90,7 @@ def command(
     plan = plan_for(request, mesh.dimension())
     encoding = formats.encoding_for(output, source.encoding, file_format)
     clock.append(time.perf_counter())
-    announce_compilation(verbosity < 0)
+    compile_kernels(verbosity < 0)
     needs_all = as_json or any(r.suffix.lower() == ".json" for r in reports)
     try:
         with progress(verbosity < 0) as observer:

@@ -32,10 +32,10 @@ def command(
     from ..quality import DEFAULT_MEASURE, MEASURES, measure_named, summarize
     from ..report.model import Report
     from .output import as_text, facts_of, print_report
-    from .terminal import announce_compilation
+    from .terminal import compile_kernels
 
     chosen = measure_named(measure or DEFAULT_MEASURE)
-    announce_compilation(verbosity < 0)
+    compile_kernels(verbosity < 0)
     others = tuple(MEASURES.values()) if form == "json" else ()
     reports = []
     status = EXIT_DONE

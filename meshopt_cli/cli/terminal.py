@@ -85,11 +85,15 @@ def progress(quiet: bool) -> Iterator[Observer]:
         bars.close()
 
 
-def announce_compilation(quiet: bool) -> None:
-    """Say that a first run takes longer, and why."""
+def compile_kernels(quiet: bool) -> None:
+    """Compile the kernels if this is a first run, and say so, for it takes a while."""
     from ..kernels._jit import is_compiled
 
-    if not quiet and not is_compiled():
-        click.echo(
-            "meshopt: compiling its kernels, once on this machine (under a minute)", err=True
-        )
+    if is_compiled():
+        return
+    if not quiet:
+        notice = "meshopt: compiling its kernels, once on this machine (under a minute)"
+        click.echo(notice, err=True)
+    from ..warmup import compile_all
+
+    compile_all()

@@ -21,24 +21,13 @@ import numpy as np
 from ..errors import ConfigError, ReadError, WriteError
 from ..mesh import Array, Block, Mesh
 from .atomic import replacing
-from .numbering import Counting, Numbering, numbering_of
+from .numbering import Numbering, numbering
 from .sniff import HEAD, Encoding, UnreadableError, encoding_of
 from .table import FORMATS, Format
 from .vtk import VTU_VERSIONS
 
-__all__ = [
-    "FORMATS",
-    "Counting",
-    "Encoding",
-    "Format",
-    "Numbering",
-    "Source",
-    "encoding_for",
-    "numbering",
-    "read",
-    "sniff",
-    "write",
-]
+__all__ = ["FORMATS", "Encoding", "Format", "Numbering", "Source", "encoding_for"]
+__all__ += ["numbering", "read", "sniff", "write"]
 
 log = logging.getLogger("meshopt")
 
@@ -99,7 +88,7 @@ def read(path: Path) -> tuple[Mesh, Source]:
     except (Exception, SystemExit) as error:  # meshio raises anything
         reason = _one_line(error)
         if not isinstance(error, UnreadableError):
-            reason = f"truncated or malformed ({reason or type(error).__name__})"
+            reason = f"truncated or malformed ({reason})"
         raise ReadError(f"{path}: not a readable {row.title} file: {reason}") from error
     return mesh, Source(path, encoding, hashlib.sha256(data).hexdigest())
 
@@ -141,13 +130,10 @@ def encoding_for(
     if row.family == "gmsh":
         return replace(new, binary=source.binary)
     if row.family == "medit":
-        return replace(new, version=source.version, float_size=source.float_size)
-    version = source.version
+        return replace(new, version=source.version)
     if row.family == "vtk":
-        version = "4.2" if version < "5" else "5.1"
-    elif version not in VTU_VERSIONS:
-        version = new.version
-    return replace(source, format=row.name, version=version)
+        return replace(source, version="4.2" if source.version < "5" else "5.1")
+    return source if source.version in VTU_VERSIONS else replace(source, version=new.version)
 
 
 def write(path: Path, mesh: Mesh, encoding: Encoding) -> None:
@@ -175,17 +161,10 @@ def write(path: Path, mesh: Mesh, encoding: Encoding) -> None:
     except OSError as error:
         raise WriteError(f"{path}: cannot be written: {_reason(error)}") from error
     except Exception as error:
-        reason = _one_line(error) or type(error).__name__
-        raise WriteError(f"{path}: cannot be written as {row.title}: {reason}") from error
+        raise WriteError(f"{path}: cannot be written as {row.title}: {_one_line(error)}") from error
     if dropped:
         what = ", ".join(dict.fromkeys(dropped))
         log.warning("%s: %s cannot hold %s: dropped", path, row.title, what)
-
-
-def numbering(encoding: Encoding, mesh: Mesh) -> Numbering:
-    """Find out how a file counts the cells and points of the mesh that was read from it."""
-    sizes = [(block.type, len(block.cells)) for block in mesh.blocks]
-    return numbering_of(FORMATS[encoding.format].counting, sizes)
 
 
 @contextlib.contextmanager
@@ -202,12 +181,11 @@ def _reason(error: OSError) -> str:
 
 
 def _one_line(error: BaseException) -> str:
-    return " ".join(str(error).split())[:200]
+    return " ".join(str(error).split())[:200] or type(error).__name__
 
 
 def _extensions() -> str:
-    known = dict.fromkeys(extension for row in FORMATS.values() for extension in row.extensions)
-    return ", ".join(known)
+    return ", ".join(dict.fromkeys(e for row in FORMATS.values() for e in row.extensions))
 
 
 def _with_extension(path: Path) -> list[Format]:
@@ -235,23 +213,21 @@ def _sniff(path: Path, head: bytes) -> Encoding:
 
 
 def _owned(mesh: Mesh) -> Mesh:
-    """Bring arrays into the form that `read` promises."""
+    """Bring arrays into the form that `read` promises, of one or two dimensions."""
 
-    def own(values: Array) -> Array:
-        values = values.reshape(len(values), -1) if values.ndim > 2 else values
-        values = values[:, 0] if values.ndim == 2 and values.shape[1] == 1 else values
-        values = values.astype(np.uint8) if values.dtype == bool else values
-        return np.require(values, values.dtype.newbyteorder("="), ["C", "W"])
+    def own(arrays: dict[str, Array]) -> dict[str, Array]:
+        result = {}
+        for name, values in arrays.items():
+            flat = values.reshape(len(values), -1) if values.size else values
+            flat = flat[:, 0] if flat.shape[1:] == (1,) else flat
+            kind = np.dtype(np.uint8) if flat.dtype == bool else flat.dtype.newbyteorder("=")
+            result[name] = np.require(flat, kind, ["C", "W"])
+        return result
 
     real = np.float32 if mesh.points.dtype.newbyteorder("=") == np.float32 else np.float64
+    points = np.require(mesh.points, real, ["C", "W"])
     blocks = [
-        Block(
-            block.type,
-            np.require(block.cells, np.int64, ["C", "W"]),
-            {name: own(values) for name, values in block.data.items()},
-            block.entities,
-        )
-        for block in mesh.blocks
+        Block(b.type, np.require(b.cells, np.int64, ["C", "W"]), own(b.data), b.entities)
+        for b in mesh.blocks
     ]
-    point_data = {name: own(values) for name, values in mesh.point_data.items()}
-    return Mesh(np.require(mesh.points, real, ["C", "W"]), blocks, point_data, mesh.names)
+    return Mesh(points, blocks, own(mesh.point_data), mesh.names)

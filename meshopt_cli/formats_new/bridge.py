@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..mesh import Block, Mesh
+from .sniff import UnreadableError
 
 if TYPE_CHECKING:
     import meshio
@@ -37,6 +38,8 @@ def listening(level: int) -> Iterator[None]:
             # numpy stops at what it cannot read, and only warns
             warnings.filterwarnings("error", message=".*could not be read to its end")
             yield
+    except DeprecationWarning:
+        raise UnreadableError("a number was expected, and something else found") from None
     finally:
         if said.getvalue():
             log.log(level, "meshio: %s", " ".join(said.getvalue().split()))

@@ -29,12 +29,11 @@ REF = "medit:ref"
 CODES = {"line": 5, "triangle": 6, "quad": 7, "tetra": 8, "wedge": 9, "hexahedron": 10}
 CODES["pyramid"] = 49
 _DIMENSION, _VERTICES, _END = 3, 4, 54
-_SECTIONS = ("Vertices", "Edges", "Triangles", "Quadrilaterals", "Tetrahedra", "Prisms", "Pyramids")
-_SECTIONS += ("Hexahedra", "Hexaedra")  # as some programs spell it
+_SECTIONS = ["Vertices", "Edges", "Triangles", "Quadrilaterals", "Tetrahedra", "Prisms", "Pyramids"]
+_SECTIONS += ["Hexahedra", "Hexaedra"]  # as some programs spell it
 _VERSION = b"MeshVersionFormatted"
 _ONE_OF = {_VERSION: (b"1", b"2", b"3", b"4"), b"Dimension": (b"2", b"3")}
-# an exponent is one letter
-_KEYWORD = re.compile(rb"\b(?!nan\b|inf\b|infinity\b)[a-z]{3,}\w*", re.IGNORECASE)
+_KEYWORD = re.compile(rb"[A-Z][A-Za-z]{2,}\w*")
 
 
 def read(path: Path, data: bytes, encoding: Encoding) -> Mesh:
@@ -61,7 +60,7 @@ def _plain_text(data: bytes) -> tuple[bytes, list[str]]:
     """Set a text anew with what meshio knows; also the names of the sections left out."""
     if b"#" in data or b'"' in data:  # comments and names of other files
         data = re.sub(rb"#[^\r\n]*|\"[^\"\r\n]*\"", b"", data)
-    words = list(_KEYWORD.finditer(data))
+    words = [m for m in _KEYWORD.finditer(data) if m[0][:3].lower() not in (b"nan", b"inf")]
     ends = [word.start() for word in words[1:]] + [len(data)]
     plain, dropped = [], []
     for word, end in zip(words, ends, strict=True):
@@ -89,7 +88,8 @@ def _plain_binary(data: bytes) -> tuple[bytes, list[str]]:
     order = "<" if data[:4] == b"\1\0\0\0" else ">"
     _, version = struct.unpack_from(order + "ii", data)
     head = struct.Struct(order + ("ii" if version < 3 else "iq"))
-    at, plain, dropped = 8, [data[:8]], []
+    at, plain = 8, [data[:8]]
+    dropped: list[str] = []
     while at + head.size <= len(data):
         code, after = head.unpack_from(data, at)
         if code == _END:

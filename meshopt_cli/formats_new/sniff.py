@@ -58,8 +58,6 @@ def gmsh_header(body: bytes) -> tuple[str, bool, int]:
         raise UnreadableError(f"Gmsh format {version} is not supported: save it as 4.1 or 2.2")
     if not text and body[header.end() : header.end() + 4] != b"\1\0\0\0":
         raise UnreadableError("it is binary in big-endian order: save it as text")
-    if size not in (4, 8):
-        raise UnreadableError(f"its numbers have {size} bytes")
     return version, text, size
 
 

@@ -1,7 +1,7 @@
 """What each family of formats can hold of a `Mesh`, and how it calls it.
 
 Each function makes a mesh fit for one family, tags carried over, and lists what had to be
-left out. The mesh it is given stays as it is.
+left out. The mesh it is given stays as it is; its arrays are as `read` leaves them.
 """
 
 from __future__ import annotations
@@ -17,33 +17,27 @@ from .entities import DIM_TAGS, GEOMETRICAL, PHYSICAL
 from .medit import REF
 from .sniff import Encoding
 
-PRINTABLE = "".join(chr(code) for code in range(33, 127) if chr(code) not in '"%')
+_PRINTABLE = "".join(map(chr, range(33, 127))).translate({ord('"'): None, ord("%"): None})
 
 
 def for_gmsh(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
     """Fit a mesh for Gmsh: a reference becomes a physical group and an entity."""
     new = encoding.format == "gmsh"
-    dropped: list[str] = []
+    dropped = [] if new else _model(mesh)
     blocks = []
     for block in _held(mesh.blocks, gmsh.cell_types(), dropped):
         data = _views(block.data, (PHYSICAL, GEOMETRICAL, REF), dropped)
-        physical, entity = _tags(block.data.get(PHYSICAL)), _tags(block.data.get(GEOMETRICAL))
-        if physical is None and entity is None:
-            physical = _tags(block.data.get(REF))
+        tags = {name: _tags(block.data.get(name)) for name in (PHYSICAL, GEOMETRICAL)}
+        if all(values is None for values in tags.values()):
+            tags = {PHYSICAL: _tags(block.data.get(REF))}
         elif REF in block.data:
             dropped.append(REF)
-        if physical is not None:
-            data[PHYSICAL] = physical
-        if entity is not None:
-            data[GEOMETRICAL] = entity
+        data |= {name: values for name, values in tags.items() if values is not None}
         blocks.append(Block(block.type, block.cells, data, block.entities if new else None))
     _number_entities(blocks)
-
     point_data = _views(mesh.point_data, (DIM_TAGS, REF), dropped)
     if new and DIM_TAGS in mesh.point_data:
         point_data[DIM_TAGS] = mesh.point_data[DIM_TAGS]
-    elif not new:
-        dropped += _model(mesh)
     refs = mesh.point_data.get(REF, np.empty(0))
     if (refs != refs[:1]).any():
         dropped.append("the references of vertices")
@@ -54,11 +48,8 @@ def for_gmsh(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
 def _number_entities(blocks: list[Block]) -> None:
     """Give an entity to the cells that have none: the number of their group, if positive."""
     for dimension in range(4):
-        bare = [
-            block
-            for block in blocks
-            if dimension_of(block.type) == dimension and GEOMETRICAL not in block.data
-        ]
+        alike = [block for block in blocks if dimension_of(block.type) == dimension]
+        bare = [block for block in alike if GEOMETRICAL not in block.data]
         groups = [b.data.get(PHYSICAL, np.zeros(len(b.cells), np.int64)) for b in bare]
         top = max((int(group.max()) for group in groups if len(group)), default=0)
         for block, group in zip(bare, groups, strict=True):
@@ -73,25 +64,20 @@ def for_medit(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
 
     The entity stands for the group where no cell of that dimension is in a group.
     """
-    dropped = ["the physical names"] if mesh.names else []
-    dropped += _model(mesh)
+    dropped = ["the physical names"] * bool(mesh.names) + _model(mesh)
     held = _held(mesh.blocks, medit.CODES, dropped)
     blocks = []
     for block in held:
-        alike = [b for b in held if dimension_of(b.type) == dimension_of(block.type)]
-        keys = [key for key in (REF, PHYSICAL, GEOMETRICAL) if _present(alike, key)]
-        refs = _tags(block.data.get(keys[0])) if keys else None
-        zero = [PHYSICAL] if PHYSICAL not in keys else []
-        dropped += [name for name in block.data if name not in (*keys[:1], *zero)]
+        alike = [b.data for b in held if dimension_of(b.type) == dimension_of(block.type)]
+        grouped = any(PHYSICAL in data and data[PHYSICAL].any() for data in alike)
+        names = (REF, PHYSICAL, GEOMETRICAL) if grouped else (REF, GEOMETRICAL)
+        key = next((name for name in names if any(name in data for data in alike)), REF)
+        refs = _tags(block.data.get(key))
+        dropped += [n for n in block.data if n != key and (grouped or n != PHYSICAL)]
         blocks.append(Block(block.type, block.cells, {} if refs is None else {REF: refs}))
     dropped += [name for name in mesh.point_data if name not in (REF, DIM_TAGS)]
     refs = _tags(mesh.point_data.get(REF))
     return Mesh(mesh.points, blocks, {} if refs is None else {REF: refs}), dropped
-
-
-def _present(blocks: list[Block], key: str) -> bool:
-    """Whether some cell has a tag; physical groups that are all 0 are none."""
-    return any(key in b.data and (key != PHYSICAL or b.data[key].any()) for b in blocks)
 
 
 def for_vtk(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
@@ -100,32 +86,22 @@ def for_vtk(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
     def spelled(name: str) -> str:
         """Without what XML cannot hold, or as VTK does without XML: no blanks."""
         name = "".join(letter if letter.isprintable() else "_" for letter in name)
-        return quote(name, safe=PRINTABLE) if encoding.format == "vtk" else name
+        return quote(name, safe=_PRINTABLE) if encoding.format == "vtk" else name
 
-    dropped = ["the physical names"] if mesh.names else []
-    dropped += _model(mesh)
-    held = _held(mesh.blocks, vtk.cell_types(), dropped)
-    held = [block for block in held if len(block.cells)]
+    dropped = ["the physical names"] * bool(mesh.names) + _model(mesh)
+    held = [b for b in _held(mesh.blocks, vtk.cell_types(), dropped) if len(b.cells)]
     blocks = [Block(block.type, block.cells) for block in held]
     for name in dict.fromkeys(name for block in held for name in block.data):
-        values = [_plain(block.data.get(name)) for block in held]
-        some = [array for array in values if array is not None]
+        some = [block.data[name] for block in held if name in block.data]
         if len({array.shape[1:] for array in some}) != 1:
             dropped.append(name)
             continue
-        kind = np.result_type(*some)
-        missing = np.nan if kind.kind == "f" else 0
-        for block, array in zip(blocks, values, strict=True):
-            if array is None:
-                array = np.full((len(block.cells), *some[0].shape[1:]), missing)
+        kind, shape = np.result_type(*some), some[0].shape[1:]
+        missing = np.full((1, *shape), np.nan if kind.kind == "f" else 0)
+        for block, old in zip(blocks, held, strict=True):
+            array = old.data.get(name, np.repeat(missing, len(block.cells), axis=0))
             block.data[spelled(name)] = array.astype(kind)
-    point_data = {}
-    for name, array in mesh.point_data.items():
-        plain = _plain(array)
-        if plain is None:
-            dropped.append(name)
-        elif name != DIM_TAGS:
-            point_data[spelled(name)] = plain
+    point_data = {spelled(n): a for n, a in mesh.point_data.items() if n != DIM_TAGS}
     return Mesh(_in_space(mesh.points), blocks, point_data), dropped
 
 
@@ -136,9 +112,8 @@ def _in_space(points: Array) -> Array:
 
 def _model(mesh: Mesh) -> list[str]:
     """What of a mesh only Gmsh's version 4.1 can hold."""
-    if DIM_TAGS in mesh.point_data or any(b.entities is not None for b in mesh.blocks):
-        return ["the entities of nodes and their bounds"]
-    return []
+    here = DIM_TAGS in mesh.point_data or any(b.entities is not None for b in mesh.blocks)
+    return ["the entities of nodes and their bounds"] * here
 
 
 def _held(blocks: list[Block], known: Collection[str], dropped: list[str]) -> list[Block]:
@@ -160,31 +135,15 @@ def _held(blocks: list[Block], known: Collection[str], dropped: list[str]) -> li
 
 def _tags(values: Array | None) -> Array | None:
     """Take an array for tags if it holds whole numbers, one a row."""
-    if values is None or values.ndim != 1 or values.dtype.kind not in "biuf":
+    if values is None or values.ndim != 1:
         return None
     whole = values.astype(np.int64)
     return whole if (whole == values).all() else None
 
 
-def _plain(values: Array | None) -> Array | None:
-    """Bring an array to one or two dimensions and a type that VTK has, if it can be."""
-    if values is None or values.dtype.kind not in "biuf":
-        return None
-    if values.dtype.kind == "b":
-        values = values.astype(np.uint8)
-    if values.dtype.kind == "f" and values.dtype.itemsize not in (4, 8):
-        values = values.astype(np.float64)
-    return values.reshape(len(values), -1) if values.ndim > 2 else values
-
-
 def _views(data: dict[str, Array], but: tuple[str, ...], dropped: list[str]) -> dict[str, Array]:
     """Keep the arrays that Gmsh can hold as views."""
-    views = {}
-    for name, values in data.items():
-        if name not in but:
-            width = int(np.prod(values.shape[1:]))
-            if values.dtype.kind in "biuf" and width in gmsh.VIEW_WIDTHS:
-                views[name] = values
-            else:
-                dropped.append(name)
-    return views
+    others = {name: values for name, values in data.items() if name not in but}
+    fit = [n for n, values in others.items() if int(np.prod(values.shape[1:])) in gmsh.VIEW_WIDTHS]
+    dropped += [name for name in others if name not in fit]
+    return {name: others[name] for name in fit}

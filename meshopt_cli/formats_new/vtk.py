@@ -1,9 +1,9 @@
 """VTK's files, without XML (`.vtk`) and with it (`.vtu`), read and written by meshio.
 
-It needs help with some of VTK's names of numbers and attributes, with the later versions
-of VTU, with cells of an unknown type, which it passes over, and with pairs, to which it
-would add a third component. Its text in VTU has twelve digits only, so there its base64
-is spelled out as numbers.
+It needs help with some of VTK's names of numbers, with normals, with the later versions of
+VTU, with cells of an unknown type, which it passes over, and with pairs, to which it would
+add a third component. Its text in VTU has twelve digits only, so there its base64 is
+spelled out as numbers.
 """
 
 from __future__ import annotations
@@ -30,15 +30,6 @@ _NUMBERS = {"vtkidtype": "int32", "vtktypeint64": "int64", "vtktypeuint64": "uin
 _NUMBERS |= {"char": "int8", "signed_char": "int8", "unsigned_char": "uint8"}
 for _bits, _name in ((16, "short"), (32, "int"), (64, "long")):
     _NUMBERS |= {_name: f"int{_bits}", f"unsigned_{_name}": f"uint{_bits}"}
-# attributes that meshio does not know, as others that are written in the same way
-_ATTRIBUTES = (
-    (b"NORMALS", rb"^NORMALS[ \t]", rb"VECTORS "),
-    (
-        b"_IDS",
-        rb"^(?:GLOBAL|PEDIGREE)_IDS[ \t]+(\S+)[ \t]+(\S+)[^\n]*",
-        rb"SCALARS \1 \2 1\nLOOKUP_TABLE default",
-    ),
-)
 _BASE64 = re.compile(rb'(<DataArray type="(\w+)"[^>]* format=")binary">\n([^<]*)\n')
 
 
@@ -74,10 +65,7 @@ def read_vtk(path: Path, data: bytes, encoding: Encoding) -> Mesh:
     import meshio.vtk
 
     _teach_names()
-    known = data
-    for word, attribute, other in _ATTRIBUTES:
-        if word in data:
-            known = re.sub(attribute, other, known, flags=re.MULTILINE)
+    known = re.sub(rb"^NORMALS\b", b"VECTORS", data, flags=re.MULTILINE)  # the same to it
     if b"\nFIELD" in data[: max(data.find(b"\nPOINTS"), 0)]:
         log.warning("the fields of the VTK file that are not of points or cells are dropped")
     with prepared(path, data, known) as plain, listening(logging.WARNING):
@@ -111,6 +99,8 @@ def read_vtu(path: Path, data: bytes, encoding: Encoding) -> Mesh:
     pieces = list(re.finditer(rb'<Piece\b[^>]*\bNumberOfCells\s*=\s*["\']\s*(\d+)', data))
     if len(pieces) > 1:
         raise UnreadableError("it has several pieces: merge them")
+    if pieces and int(pieces[0][1]) == 0:
+        raise UnreadableError("it has no cells")
     if b'compressor="vtkLZ4DataCompressor"' in data[:4096]:
         raise UnreadableError("LZ4 compression is not supported: save it with ZLib or without")
     known = data

@@ -37,7 +37,7 @@ def _is_writable(folder: Path) -> bool:
         return False
 
 
-def _cache_folder() -> Path:
+def _cache_root() -> Path:
     """A folder for machine code that can be written to, private to the user.
 
     In this order: `MESHOPT_CACHE_DIR`, `XDG_CACHE_HOME`, the home's `.cache`, and where
@@ -51,15 +51,16 @@ def _cache_folder() -> Path:
     elif home := os.environ.get("HOME") or os.environ.get("USERPROFILE"):
         roots.append(Path(home) / ".cache" / "meshopt")
     for root in roots:
-        folder = root / _digest()
-        if _is_writable(folder):
-            return folder
+        if _is_writable(root / DIGEST):
+            return root
     private = tempfile.mkdtemp(prefix="meshopt-kernels-")
     atexit.register(shutil.rmtree, private, ignore_errors=True)
     return Path(private)
 
 
-CACHE_FOLDER = _cache_folder()
+DIGEST = _digest()
+CACHE_ROOT = _cache_root()
+CACHE_FOLDER = CACHE_ROOT / DIGEST
 
 
 def is_compiled() -> bool:

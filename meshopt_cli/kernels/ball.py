@@ -121,9 +121,8 @@ def longest_edge_at(mesh, ball, n, p):
 
 @kernel
 def touch(mesh, cell):
-    """Note that a cell has changed in the current sweep."""
+    """Note that something around the vertices of a cell changed in the current sweep."""
     clock = mesh.state[CLOCK]
-    mesh.cell_clock[cell] = clock
     for k in range(mesh.cells.shape[1]):
         mesh.vertex_clock[mesh.cells[cell, k]] = clock
 

@@ -58,7 +58,6 @@ class SimplexMesh(NamedTuple):
     alive: np.ndarray  # (capacity,) bool
     fixed: np.ndarray  # (np,) bool: vertices that neither move nor vanish
     required: np.ndarray  # (k,) int64: sorted keys `a * np + b`, a < b, of internal edges to keep
-    cell_clock: np.ndarray  # (capacity,) int64: sweep of the last change of the cell
     vertex_clock: np.ndarray  # (np,) int64: sweep of the last change in the ball
     free: np.ndarray  # (capacity,) int64: stack of dead cells
     state: np.ndarray  # (4,) int64: N_CELLS, N_FREE, CLOCK, N_POINTS

@@ -1,0 +1,236 @@
+"""Whatever is chosen: meshes stay whole, their boundary and regions stay, and none gets worse."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from functools import cache
+
+import numpy as np
+import patches
+import pytest
+from builders import tet_grid, tri_grid
+from hypothesis import given
+from hypothesis import strategies as st
+
+from meshopt_cli.mesh import cast
+from meshopt_cli.passes import PASSES, Silent
+from meshopt_cli.pipeline import Pipeline
+from meshopt_cli.presets import PRESETS
+from meshopt_cli.quality import MEASURES, histogram, target
+from meshopt_cli.workspace import Workspace
+
+MEASURE = MEASURES["aspect-ratio"]
+TRIANGLE_SAMPLES = ("quadtree.vtk", "plate.vtu")
+
+
+@cache
+def small(name):
+    """The cells of a small mesh."""
+    if name in patches.SAMPLE_NAMES:
+        return patches.sample(name)
+    grid = tri_grid(6) if name == "triangles" else tet_grid(4)
+    return cast(patches.declaring_some(patches.halves(patches.shaken(grid, 0.25, 11))))
+
+
+SMALL = ("triangles", "tets", "plate.vtu", "two_regions.msh")
+
+
+def _variants():
+    for kind in PASSES.values():
+        yield pytest.param(kind, {}, id=kind.name)
+        for f in fields(kind):
+            limits = [v for v in (f.metadata["least"], f.metadata["most"]) if v is not None]
+            for value in (*f.metadata["choices"], *limits):
+                if value != f.default:
+                    yield pytest.param(kind, {f.name: value}, id=f"{kind.name}-{f.name}={value}")
+
+
+def assert_not_worse(before, work):
+    """The worst q of a mesh did not fall."""
+    assert work.standing().worst >= before.worst * (1 - 1e-12)
+
+
+# Every pass as it is, and with each choice and each limit of each option.
+VARIANTS = list(_variants())
+
+
+@pytest.mark.parametrize("name", SMALL)
+@pytest.mark.parametrize(("kind", "options"), VARIANTS)
+def test_every_option_of_every_pass(kind, options, name):
+    """Two runs of a pass keep what must stay, and keep to the acceptance rule."""
+    source = small(name)
+    work = patches.workspace(source)
+    step = kind(**options)
+    for _ in range(2):
+        before = work.standing()
+        step.run(work, Silent())
+        patches.assert_kept(source, work)
+        accept = getattr(step, "accept", "strict")
+        if accept == "strict":
+            assert_not_worse(before, work)
+        elif accept == "floor":
+            assert work.standing().worst >= min(before.worst, step.floor) * (1 - 1e-12)
+
+
+@pytest.mark.parametrize("accept", ["ratio", "floor"])
+@pytest.mark.parametrize("kind", [k for k in PASSES.values() if hasattr(k, "floor")])
+def test_tolerance(kind, accept):
+    """A pass that may lose a part of the quality loses no more, and one that may lose none, none.
+
+    The parts multiply where patches overlap, so that only the floor of 1 bounds the whole mesh.
+    """
+    accepts = next(f for f in fields(kind) if f.name == "accept").metadata["choices"]
+    if accept in accepts:
+        work = patches.workspace(small("tets"))
+        before = work.standing()
+        kind(accept=accept, floor=1.0).run(work, Silent())
+        patches.assert_kept(small("tets"), work)
+        assert_not_worse(before, work)
+
+
+@pytest.mark.parametrize("name", [n for n, kind in PASSES.items() if hasattr(kind, "below")])
+def test_only_bad_places_are_visited(name):
+    """Where no cell is as bad as `below` says, a pass leaves every byte as it was."""
+    work = patches.workspace(small("tets"))
+    before = patches.snapshot(work)
+    step = PASSES[name](below=1.01 / work.standing().worst)
+    assert step.run(work, Silent()).applied == 0
+    after = patches.snapshot(work)
+    assert {n for n in before if before[n] != after[n]} <= {"state", "required", "fixed"} | POINTS
+
+
+# Rows for new vertices may have been made.
+POINTS = {"points", "vertex_cell", "vertex_clock"}
+
+
+# Pipelines ------------------------------------------------------------------------------
+
+
+def optimized(source, preset, measure=MEASURE):
+    """A mesh after a preset, with the standing before."""
+    work = Workspace(source, measure.code)
+    before = work.standing()
+    chosen = PRESETS[preset]
+    outcome = Pipeline(preset, chosen.build(chosen.stop, source.dimension)).run(work)
+    return before, outcome
+
+
+@cache
+def optimized_sample(name, preset):
+    """`optimized` for a sample; not to be changed."""
+    return optimized(patches.sample(name), preset)
+
+
+every_preset = pytest.mark.parametrize("preset", PRESETS)
+
+
+@every_preset
+@pytest.mark.parametrize("name", patches.SAMPLE_NAMES)
+def test_samples(name, preset):
+    """A preset keeps what must stay, and never makes a mesh worse."""
+    before, outcome = optimized_sample(name, preset)
+    patches.assert_kept(patches.sample(name), outcome.work)
+    assert_not_worse(before, outcome.work)
+    assert not before.is_better_than(outcome.work.standing())
+
+
+@every_preset
+@pytest.mark.parametrize("name", patches.SAMPLE_NAMES)
+def test_a_second_run_changes_almost_nothing(name, preset):
+    """What a preset made, it leaves: as many cells and points, the worst Q within 1 %."""
+    _, outcome = optimized_sample(name, preset)
+    once, _ = outcome.work.result()
+    _, again = optimized(once, preset)
+    twice, _ = again.work.result()
+    assert len(twice.cells) == len(once.cells)
+    assert len(twice.points) == len(once.points)
+    worst = again.work.standing().worst
+    assert worst == pytest.approx(outcome.work.standing().worst, rel=0.01)
+
+
+@pytest.mark.parametrize("preset", ["standard", "best"])
+def test_bar_for_the_ball(preset):
+    """Near the target, and nothing that a solver would choke on."""
+    _, outcome = optimized_sample("raw_ball.mesh", preset)
+    goal = target(patches.sample("raw_ball.mesh"), MEASURE)
+    assert 1 / outcome.work.standing().worst <= 1.8 * max(goal, 1.6)
+
+
+@every_preset
+def test_no_cell_of_the_ball_above_10(preset):
+    """The last rank of Table 18.3 is empty after the run."""
+    _, outcome = optimized_sample("raw_ball.mesh", preset)
+    q = outcome.work.mesh.quality[outcome.work.living()]
+    assert histogram(1 / q)[-1] == 0
+
+
+@every_preset
+def test_bar_for_the_grid(preset):
+    """Vertices badly placed in a good connectivity are all that is wrong."""
+    _, outcome = optimized_sample("grid.vtk", preset)
+    assert 1 / outcome.work.standing().worst <= 1.8
+
+
+@every_preset
+@pytest.mark.parametrize("name", TRIANGLE_SAMPLES)
+def test_bar_for_triangles(name, preset):
+    """No triangle above 3: the boundaries of these samples allow that."""
+    _, outcome = optimized_sample(name, preset)
+    assert 1 / outcome.work.standing().worst <= 3
+
+
+@pytest.mark.parametrize(
+    "measure", [m for m in MEASURES.values() if m.drives], ids=lambda m: m.name
+)
+@pytest.mark.parametrize("name", ["triangles", "tets"])
+def test_every_measure_drives(name, measure):
+    """Whatever measures quality, the run raises it and keeps the rest."""
+    before, outcome = optimized(small(name), "standard", measure)
+    patches.assert_kept(small(name), outcome.work)
+    assert outcome.work.standing().worst > before.worst
+
+
+# Any small mesh -------------------------------------------------------------------------
+
+
+@st.composite
+def meshes(draw):
+    """A grid with its inner vertices moved, cut into regions at random, turned at random."""
+    if draw(st.booleans()):
+        grid = tri_grid(draw(st.integers(2, 5)))
+    else:
+        grid = tet_grid(draw(st.integers(1, 3)))
+    seed = draw(st.integers(0, 2**32 - 1))
+    generator = np.random.default_rng(seed)
+    n_regions = draw(st.integers(1, 4))
+    grid = patches.shaken(grid, draw(st.floats(0, 0.5)), seed)
+    regions = generator.integers(0, n_regions, len(grid.blocks[0].cells))
+    if draw(st.booleans()):
+        regions = np.sort(regions)
+    return cast(patches.with_regions(grid, regions))
+
+
+@every_preset
+@patches.examples(15)
+@given(source=meshes())
+def test_any_mesh(source, preset):
+    """No mesh is broken, loses its boundary or its regions, or gets worse."""
+    before, outcome = optimized(source, preset)
+    patches.assert_kept(source, outcome.work)
+    assert not before.is_better_than(outcome.work.standing())
+
+
+@patches.examples(25)
+@given(source=meshes(), data=st.data())
+def test_any_mesh_and_any_passes(source, data):
+    """Passes in any order, with any rule, keep what must stay."""
+    work = patches.workspace(source)
+    for _ in range(data.draw(st.integers(1, 5))):
+        kind = PASSES[data.draw(st.sampled_from(sorted(PASSES)))]
+        options = {
+            f.name: data.draw(st.sampled_from(f.metadata["choices"]))
+            for f in fields(kind)
+            if f.metadata["choices"]
+        }
+        kind(**options).run(work, Silent())
+        patches.assert_kept(source, work)
