@@ -50,6 +50,13 @@ def row_ids(rows: Array, n_points: int) -> Array:
     return head
 
 
+def canonical(rows: Array, n_points: int) -> Array:
+    """The rows as a set: equal for the same rows in any order, turned in any way."""
+    if n_points ** rows.shape[1] < 2**62:
+        return np.sort(row_keys(rows, n_points))
+    return np.unique(np.sort(rows, axis=1), axis=0)
+
+
 def facets(cells: Array) -> Array:
     """All facets, (ne * (d + 1), d): facet k of cell i is row `i * (d + 1) + k`."""
     table = facet_table(cells)
@@ -79,7 +86,8 @@ def neighbours(cells: Array, region: Array, n_points: int, cuts: Array | None = 
         ids, cut_ids = ids[: len(rows)], ids[len(rows) :]
     else:
         ids, cut_ids = row_ids(rows, n_points), np.empty(0, np.int64)
-    order = np.argsort(ids, kind="stable")
+    # Which of two equal facets comes first does not matter: they become each other's neighbour.
+    order = np.argsort(ids)
     ids = ids[order]
     same = np.concatenate([[False], ids[1:] == ids[:-1], [False]])
     # A pair is a run of exactly two equal ids.

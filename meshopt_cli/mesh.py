@@ -132,7 +132,7 @@ class Simplices:
         """
         return adjacency.neighbours(self.cells, self.region, len(self.points), self.facets)
 
-    @property
+    @cached_property
     def skin(self) -> Array:
         """Facets without a neighbour, (n, d), turned as their cells turn them."""
         return adjacency.boundary_facets(self.cells, self.neighbours)

@@ -39,7 +39,7 @@ def _audited(*stages: Stage) -> tuple[Stage, ...]:
 
 
 # Relocation alone goes on while it gains this part of the quality.
-_SETTLED = Stop(rounds=10, gain=0.05)
+_SETTLED = Stop(rounds=15, gain=0.08)
 
 # Worst Q of the places that are worth a visit: a regular triangulation of the plane is all 1, one
 # of space is not, so that in space there is nothing to win at Q = 1.5.
@@ -50,7 +50,7 @@ _SPLIT = {2: 1.8, 3: 2.0}
 
 def _settle() -> Repeat:
     """Relocation alone, for as long as it pays."""
-    return Repeat(Sequence((Smooth(),)), _SETTLED)
+    return Repeat(Sequence((Smooth(sweeps=2),)), _SETTLED)
 
 
 def _rounds(stop: Stop, swap_below: float, smooth_below: float, split_below: float) -> list[Repeat]:

@@ -163,8 +163,8 @@ def _overlapping(
         Of the others, at least; the boxes larger than that are left out.
     """
     left = MOST_PAIRS * (len(low) + len(other_low) + 1000)
-    # Powers of 4, since every size of the grid costs a search for all boxes.
-    levels = np.frexp(np.maximum(size, 2.0**-45))[1] // 2 * 2 + 1
+    # Powers of 16, since every size of the grid costs a search for all boxes.
+    levels = np.frexp(np.maximum(size, 2.0**-45))[1] // 4 * 4 + 3
     code = levels @ np.array([1, 256, 65536][: levels.shape[1]])
     by_code = np.argsort(code, kind="stable")
     starts = np.flatnonzero(np.diff(code[by_code], prepend=np.iinfo(code.dtype).min))
