@@ -18,9 +18,9 @@ def gained(before):
 
 @kernel
 def threshold(rule, floor, before):
-    """The worst q that a patch must exceed (STRICT, VALID) or reach to be accepted.
+    """The worst q that a patch must exceed to be accepted.
 
-    A simulation can stop at the first cell below it.
+    A simulation can stop at the first cell that does not.
 
     Parameters
     ----------
@@ -41,8 +41,9 @@ def threshold(rule, floor, before):
 
 @kernel
 def is_accepted(rule, floor, before, after):
-    """Whether the worst q of a patch may go from `before` to `after`."""
-    stop = threshold(rule, floor, before)
-    if rule in (RATIO, FLOOR):
-        return after > 0.0 and after >= stop
-    return after > stop
+    """Whether the worst q of a patch may go from `before` to `after`.
+
+    The threshold itself is refused under every rule: a simulation stops there, and does not
+    know the cells that it did not look at.
+    """
+    return after > threshold(rule, floor, before)

@@ -18,7 +18,7 @@ from .geometry import Vec, at, toward
 from .relocate import climb, rounded
 from .shell import is_required
 from .tables import TET_EDGES, TET_FACETS, TRI_EDGES, TRI_FACETS
-from .types import APPLIED, FULL, INVALID, N_POINTS, NOT_BETTER, NOT_LEGAL
+from .types import APPLIED, FULL, INVALID, N_POINTS, NOT_BETTER, NOT_LEGAL, TOO_LARGE
 
 MAX_CAVITY = 40  # cells
 PATIENCE = 10  # cells that may join without gain
@@ -182,7 +182,9 @@ def refine_insertion(mesh, cell, start, gain, scratch):
         return Insertion(NOT_BETTER, n_cells, n_facets, p, worst)
     if not is_legal_cavity(mesh, n_cells, n_facets, scratch):
         return Insertion(NOT_LEGAL, n_cells, n_facets, p, worst)
-    if not has_room(mesh, n_facets) or n_facets > scratch.created.shape[0]:
+    if n_facets > scratch.created.shape[0]:
+        return Insertion(TOO_LARGE, n_cells, n_facets, p, worst)
+    if not has_room(mesh, n_facets):
         return Insertion(FULL, n_cells, n_facets, p, worst)
     return Insertion(APPLIED, n_cells, n_facets, p, worst)
 

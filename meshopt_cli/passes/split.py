@@ -26,15 +26,16 @@ class Split(Operator):
     )
 
     def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
-        most = int(self.max_vertices * work.n_input_points) + 1
         cells, quality = work.changed_cells(self.since(work, "cavities"), self.limit)
         if not len(cells):
             return
-        # Every attempt makes one vertex at most; what the input had is never given up.
+        # Room for a vertex an attempt, and never for less than the input had.
+        most = int(self.max_vertices * work.n_input_points) + 1
         work.reserve_points(min(most, int(work.mesh.state[N_POINTS]) + len(cells)))
+        room = min(most, len(work.mesh.points))
         order = self.ordered(work, cells, quality)
 
         def kernel(chunk):
-            sweep_split(work.mesh, chunk, most, self.least_gain, work.scratch, tally.counts)
+            sweep_split(work.mesh, chunk, room, self.least_gain, work.scratch, tally.counts)
 
         self.visit(work, order, kernel, tally, observer)
