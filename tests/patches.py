@@ -240,7 +240,7 @@ def do_collapse(mesh, plan, scratch):
 @entry
 def plan_insertion(mesh, cell, scratch):
     """`simulate_insertion` for Python."""
-    return split.simulate_insertion(mesh, cell, scratch)
+    return split.simulate_insertion(mesh, cell, 0.0, scratch)
 
 
 @entry

@@ -180,10 +180,6 @@ def attempt(work, operator, handle, rule, floor):
     np.testing.assert_allclose(measured(twin, made).min(), worst, rtol=0, atol=1e-10)
     assert twin.mesh.quality[made].min() == pytest.approx(worst, abs=1e-12)
     assert is_allowed(rule, floor, work.mesh.quality[gone].min(), worst)
-    # What changed is visited again, and nothing else.
-    assert np.all(twin.mesh.cell_clock[made] == twin.mesh.state[CLOCK])
-    same = sorted(set(new) - set(made))
-    assert np.all(twin.mesh.cell_clock[same] == work.mesh.cell_clock[same])
     return plan.verdict
 
 

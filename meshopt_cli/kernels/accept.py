@@ -9,6 +9,9 @@ STRICT, RATIO, FLOOR, VALID = range(4)
 # Least gain, as a part of the worst q: taking less would keep rounds going for ever.
 GAIN = 1e-3
 
+# A cell with less q than this is flat but for rounding: no rule lets one be made.
+FLAT = 1e-8
+
 
 @kernel
 def gained(before):
@@ -33,10 +36,10 @@ def threshold(rule, floor, before):
     if rule == STRICT:
         return gained(before)
     if rule == RATIO:
-        return max(0.0, floor * before)
+        return max(FLAT, floor * before)
     if rule == FLOOR:
-        return max(0.0, min(before, floor))
-    return 0.0
+        return max(FLAT, min(before, floor))
+    return FLAT
 
 
 @kernel

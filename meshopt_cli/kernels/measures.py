@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from ._jit import entry, kernel
-from .geometry import SQRT3, at, cross, distance, dot, minus, norm, square_distance
+from .geometry import SQRT3, Vec, along, at, cross, distance, dot, minus, norm, square_distance
 
 (
     ASPECT_RATIO,
@@ -115,14 +115,17 @@ def tet_normals(a, b, c, d):
 
 
 @kernel
-def tet_circumradius(a, b, c, d, volume):
-    """Radius of the sphere through the vertices, by the products of opposite edges."""
-    ab, ac, ad, bc, bd, cd = tet_edges(a, b, c, d)
-    p = ab * cd
-    q = ac * bd
-    r = ad * bc
-    product = (p + q + r) * (p + q - r) * (q + r - p) * (r + p - q)
-    return math.sqrt(max(product, 0.0)) / (24.0 * abs(volume))
+def tet_circumradius(a, b, c, d):
+    """Radius of the sphere through the vertices of a tetrahedron that is not flat."""
+    u = minus(b, a)
+    v = minus(c, a)
+    w = minus(d, a)
+    vw = cross(v, w)
+    wu = cross(w, u)
+    uv = cross(u, v)
+    # The centre is at (|u|^2 v x w + |v|^2 w x u + |w|^2 u x v) / (12 V) from a.
+    centre = along(along(along(Vec(0.0, 0.0, 0.0), vw, dot(u, u)), wu, dot(v, v)), uv, dot(w, w))
+    return norm(centre) / (2.0 * abs(dot(u, vw)))
 
 
 @kernel
@@ -170,7 +173,7 @@ def tet_other_quality(measure, a, b, c, d):
     ab, ac, ad, bc, bd, cd = tet_edges(a, b, c, d)
     if measure == RADIUS_RATIO:
         inradius = 6.0 * volume / (norm(n0) + norm(n1) + norm(n2) + norm(n3))
-        return 3.0 * inradius / tet_circumradius(a, b, c, d, volume)
+        return ratio(3.0 * inradius, tet_circumradius(a, b, c, d))
     if measure == VOLUME_AREA:
         squares = 0.25 * (dot(n0, n0) + dot(n1, n1) + dot(n2, n2) + dot(n3, n3))
         v2 = volume * volume
@@ -195,8 +198,9 @@ def tet_other_quality(measure, a, b, c, d):
         return signed(least / REGULAR_SOLID_ANGLE, volume)
     h_min = min(ab, ac, ad, bc, bd, cd)
     if measure == RADIUS_EDGE:
-        radius = tet_circumradius(a, b, c, d, volume)
-        return signed(h_min * SQRT6 / (4.0 * radius), volume)
+        radius = tet_circumradius(a, b, c, d)
+        # Of a cell that is flat but for rounding, the radius is anything.
+        return signed(min(1.0, ratio(h_min * SQRT6, 4.0 * radius)), volume)
     h_max = max(ab, ac, ad, bc, bd, cd)
     return signed(h_min / h_max, volume)  # EDGE_RATIO
 

@@ -15,7 +15,18 @@ import numpy as np
 from ._jit import entry, kernel
 from .accept import gained, is_accepted, threshold
 from .ball import gather_ball, longest_edge_at, next_stamp, quality_at, touch, worst_of
-from .geometry import Vec, along, at, distance, dot, norm, tet_ideal_point, toward, tri_ideal_point
+from .geometry import (
+    Vec,
+    along,
+    at,
+    distance,
+    dot,
+    norm,
+    square_distance,
+    tet_ideal_point,
+    toward,
+    tri_ideal_point,
+)
 from .tables import TET_FACETS, TRI_FACETS
 from .types import APPLIED, FIXED, INVALID, NOT_BETTER, TOO_LARGE
 
@@ -25,6 +36,7 @@ UNIFORM, WORST, DEGRADATION, DEGRADATION2 = range(4)
 # A degradation Q runs to infinity on flat cells: as a weight it is capped here.
 MAX_WEIGHT = 1e4
 N_HALVINGS = 5
+STILL = 1e-18  # a step whose square is less than this part of an edge's is none
 
 # Optimization of a ball.
 MAX_STEPS = 20
@@ -252,6 +264,9 @@ def simulate_relocation(mesh, vertex, how, scratch):
         goal = ideal_mean(mesh, ball, n, how.weight)
     else:
         goal = neighbour_mean(mesh, vertex, ball, n, how.method == WEIGHTED, scratch)
+    neighbour = mesh.cells[ball[0] >> 2, 0 if ball[0] & 3 else 1]
+    if square_distance(p, goal) <= STILL * square_distance(p, at(mesh.points, neighbour)):
+        return RelocationPlan(NOT_BETTER, n, p, before)
     stop = threshold(how.rule, how.floor, before)
     t = how.relaxation
     worst = before
