@@ -5,10 +5,13 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from . import formats_gmsh
-from .formats_text import UnreadableError
-
 HEAD = 1 << 20  # bytes that are enough to tell
+
+_GMSH_HEADER = re.compile(rb"\s*(\S+)\s+([01])\s+(\d+)[ \t]*\r?\n")
+
+
+class UnreadableError(ValueError):
+    """What a file holds cannot be read, for a reason that the user can be told."""
 
 
 @dataclass(frozen=True)
@@ -25,30 +28,16 @@ class Encoding:
         False for text.
     compressed : bool
         Only a binary VTU file can be.
-    float_size : int
-        Bytes of a coordinate in the file, 4 or 8. It is for reports: what is written
-        depends on the type of the points.
     """
 
     format: str
     version: str
     binary: bool
     compressed: bool = False
-    float_size: int = 8
 
 
 def encoding_of(head: bytes) -> Encoding | None:
-    """Tell what a file is.
-
-    Parameters
-    ----------
-    head : bytes
-        The first `HEAD` bytes of the file, or all of them.
-
-    Returns
-    -------
-    Encoding or None
-        None if it is no known kind of mesh.
+    """Tell what a file is from its first `HEAD` bytes; None if it is no known kind of mesh.
 
     Raises
     ------
@@ -58,13 +47,27 @@ def encoding_of(head: bytes) -> Encoding | None:
     return next(filter(None, (look(head) for look in _SNIFFERS)), None)
 
 
+def gmsh_header(body: bytes) -> tuple[str, bool, int]:
+    """Take apart what stands in $MeshFormat: version 2.2 or 4.1, text?, bytes of a count."""
+    header = _GMSH_HEADER.match(body)
+    if not header:
+        raise UnreadableError("there is no header $MeshFormat in it")
+    version, text, size = header[1].decode(errors="replace"), header[2] == b"0", int(header[3])
+    version = {"2": "2.2", "2.0": "2.2", "2.1": "2.2", "4": "4.0"}.get(version, version)
+    if version not in ("2.2", "4.1"):
+        raise UnreadableError(f"Gmsh format {version} is not supported: save it as 4.1 or 2.2")
+    if not text and body[header.end() : header.end() + 4] != b"\1\0\0\0":
+        raise UnreadableError("it is binary in big-endian order: save it as text")
+    return version, text, size
+
+
 def _sniff_gmsh(head: bytes) -> Encoding | None:
     if head.lstrip().startswith((b"$NOD", b"$PARA", b"$ELM")):
         raise UnreadableError("Gmsh format 1 is not supported: save it as 4.1 or 2.2")
     header = re.search(rb"^\$MeshFormat\s*?\n", head, re.MULTILINE)
     if not header or not head.lstrip().startswith(b"$"):
         return None
-    version, text, _ = formats_gmsh.parse_header(head[header.end() :])
+    version, text, _ = gmsh_header(head[header.end() :])
     return Encoding("gmsh" if version == "4.1" else "gmsh22", version, not text)
 
 
@@ -72,9 +75,7 @@ def _sniff_vtk(head: bytes) -> Encoding | None:
     header = re.match(rb"# vtk DataFile Version\s+(\S+)[^\n]*\n[^\n]*\n\s*(\w*)", head)
     if not header:
         return None
-    real = re.search(rb"^POINTS\s+\d+\s+(\w+)", head, re.MULTILINE)
-    size = 4 if real and real[1].lower() == b"float" else 8
-    return Encoding("vtk", header[1].decode("latin-1"), header[2].upper() == b"BINARY", False, size)
+    return Encoding("vtk", header[1].decode("latin-1"), header[2].upper() == b"BINARY")
 
 
 def _sniff_vtu(head: bytes) -> Encoding | None:
@@ -84,24 +85,16 @@ def _sniff_vtu(head: bytes) -> Encoding | None:
     version = re.search(rb'\bversion\s*=\s*["\']([^"\']*)', header[1])
     form = re.search(rb'<DataArray\b[^>]*\bformat\s*=\s*["\'](\w+)', head)
     binary = form is not None and form[1] != b"ascii"
-    real = re.search(rb'<Points>\s*<DataArray\b[^>]*\btype\s*=\s*["\']Float(\d+)', head)
-    return Encoding(
-        "vtu",
-        version[1].decode("latin-1") if version else "0.1",
-        binary,
-        binary and b"compressor" in header[1],
-        int(real[1]) // 8 if real else 8,
-    )
+    said = version[1].decode("latin-1") if version else "0.1"
+    return Encoding("vtu", said, binary, binary and b"compressor" in header[1])
 
 
 def _sniff_medit(head: bytes) -> Encoding | None:
     if head[:4] in (b"\1\0\0\0", b"\0\0\0\1"):
         version = int.from_bytes(head[4:8], "little" if head[0] else "big")
-        return Encoding("meditb", str(version), True, False, 4 if version == 1 else 8)
+        return Encoding("meditb", str(version), True)
     header = re.match(rb"(?:\s|#[^\n]*\n)*MeshVersionFormatted\s+(\d+)", head)
-    if not header:
-        return None
-    return Encoding("medit", str(int(header[1])), False, False, 4 if int(header[1]) == 1 else 8)
+    return Encoding("medit", str(int(header[1])), False) if header else None
 
 
 _SNIFFERS = (_sniff_gmsh, _sniff_vtk, _sniff_vtu, _sniff_medit)

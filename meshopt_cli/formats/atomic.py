@@ -1,0 +1,37 @@
+"""Files that are there as a whole, or not at all."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import secrets
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+
+@contextlib.contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Give the path of an empty file to write to, which then takes the place of another.
+
+    That one is found through symbolic links and hands its permissions on. It stays as it
+    was if anything fails, with an OSError if it or its folder cannot be written to.
+    """
+    target = Path(os.path.realpath(path))
+    if target.exists():
+        if not target.is_file():
+            raise OSError("it is not a regular file")
+        if not os.access(target, os.W_OK):
+            raise OSError("it is write-protected")
+    temporary = target.with_name(f".meshopt-{secrets.token_hex(8)}")
+    try:
+        temporary.open("xb").close()
+        yield temporary
+        with temporary.open("rb+") as stream:
+            os.fsync(stream.fileno())
+        if target.exists():
+            shutil.copymode(target, temporary)
+        os.replace(temporary, target)
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise

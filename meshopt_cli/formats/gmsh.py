@@ -1,0 +1,267 @@
+"""Gmsh's MSH 4.1 and 2.2, text and binary, section by section.
+
+The sections are read and written by functions of meshio, but these:
+
+- elements of 4.1 are read here, since meshio discards their numbers, by which views go,
+  refuses physical groups on part of the entities, and fails on the node 0 or one beyond
+  the last (in 2.2, its inner function leaves node numbers alone);
+- views are read and written here, since meshio takes them for lists of all elements in
+  order, and does not write their numbers as numbers in text;
+- entities are written by `entities`, which says why.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from ..mesh import Array, Block, Mesh
+from . import entities
+from .bridge import listening
+from .entities import DIM_TAGS, GEOMETRICAL, PHYSICAL
+from .sniff import Encoding, UnreadableError, gmsh_header
+
+log = logging.getLogger("meshopt")
+
+VIEW_WIDTHS = (1, 3, 9)  # components of a value in a view
+_SECTION = re.compile(rb"^\$(\w+)[ \t]*\r?\n", re.MULTILINE)
+
+
+def cell_types() -> dict[str, int]:
+    """Gmsh's number of each type of element, by its name in a Block."""
+    from meshio.gmsh.common import _meshio_to_gmsh_type
+
+    return _meshio_to_gmsh_type
+
+
+def read(path: Path, data: bytes, encoding: Encoding) -> Mesh:
+    """Read a mesh.
+
+    Points are in the order of their numbers in the file. An element that names a node which
+    is not there has a number out of range in its place. Views become arrays under their
+    names; where they have no value there is a NaN.
+    """
+    from meshio.gmsh import _gmsh22, _gmsh41, common
+
+    text, old = not encoding.binary, encoding.format == "gmsh22"
+    names: dict[str, Array] = {}
+    groups, bounds = [], []  # of the entities of each dimension, by tag
+    nodes, elements, views, dropped = None, None, [], []
+    notes: list[str] = []  # to be said when nobody listens to meshio
+    with path.open("rb") as f, listening(logging.WARNING):
+        for section, content in _sections(data, f):
+            if section == "MeshFormat":
+                *_, size = gmsh_header(content)
+            elif section == "PhysicalNames":
+                common._read_physical_names(f, names)
+                if len(names) < int(content.split(None, 1)[0]):
+                    notes.append("of physical groups with the same name, only the last keeps it")
+            elif section == "Entities":
+                groups, bounds = _gmsh41._read_entities(f, text, size)
+            elif section == "Nodes" and old:
+                nodes = (*_gmsh22._read_nodes(f, text), None)
+            elif section == "Nodes":
+                points, tags, dim_tags = _gmsh41._read_nodes(f, text, size)
+                nodes = (points, tags + 1, dim_tags)
+            elif section == "Elements" and old:
+                elements = _read_elements_22(f, text, content, notes)
+            elif section == "Elements":
+                elements = _read_elements_41(f, text, size, groups, bounds, notes)
+            elif section in ("NodeData", "ElementData"):
+                views.append((section, *_read_view(f, text)))
+            elif section != "Comments":
+                dropped.append(section)
+    if nodes is None or elements is None:
+        missing = "Nodes" if nodes is None else "Elements"
+        raise UnreadableError(f"there is no section ${missing} in it")
+    if dropped:
+        notes.append(f"the sections {', '.join(dropped)} of the Gmsh file are dropped")
+    for note in notes:
+        log.warning(note)
+
+    points, tags, dim_tags = nodes
+    order = np.argsort(tags, kind="stable")
+    tags = tags[order].astype(np.int64)
+    blocks, numbers_of = elements
+    for block in blocks:
+        block.cells = common._gmsh_to_meshio_order(block.type, _places(tags, block.cells))
+    mesh = Mesh(points[order], blocks, {}, {n: (int(t), int(d)) for n, (t, d) in names.items()})
+    if dim_tags is not None:
+        mesh.point_data[DIM_TAGS] = dim_tags[order]
+    for section, name, rows, values in views:
+        holders = [(tags, mesh.point_data)]
+        if section == "ElementData":
+            holders = [(n, block.data) for n, block in zip(numbers_of, blocks, strict=True)]
+        for numbers, arrays in holders:
+            at = _places(numbers, rows)
+            inside = (at >= 0) & (at < len(numbers))
+            if inside.any():
+                arrays[name] = np.full((len(numbers), *values.shape[1:]), np.nan)
+                arrays[name][at[inside]] = values[inside]
+    return mesh
+
+
+def _sections(data: bytes, f: BinaryIO) -> Iterator[tuple[str, bytes]]:
+    """Go through the sections of a file: name and content, at which f is set."""
+    at = 0
+    while match := _SECTION.search(data, at):
+        at = data.find(b"$End" + match[1], match.end())
+        if at < 0:
+            raise UnreadableError(f"the section ${match[1].decode()} has no end")
+        f.seek(match.end())
+        yield match[1].decode(), data[match.end() : at]
+        at += len(match[1]) + 4
+
+
+def _places(numbers: Array, wanted: Array) -> Array:
+    """Where each wanted number stands among others, out of range if it does not."""
+    if np.array_equal(numbers, np.arange(1, len(numbers) + 1)):
+        return wanted - 1
+    order = np.argsort(numbers, kind="stable")
+    at = np.searchsorted(numbers, wanted, sorter=order)
+    at = order[np.minimum(at, len(numbers) - 1)]
+    return np.where(numbers[at] == wanted, at, -1)
+
+
+# Blocks with numbers of nodes in the place of cells, and the numbers of the elements of each.
+_Elements = tuple[list[Block], list[Array]]
+
+
+def _read_elements_22(f: BinaryIO, text: bool, content: bytes, notes: list[str]) -> _Elements:
+    from meshio.gmsh import _gmsh22
+
+    n = int(f.readline())
+    cells: list[tuple[str, Array]] = []
+    tags: dict[str, list[Array]] = {}
+    if text:
+        _gmsh22._read_cells_ascii(f, cells, tags, n)
+        lines = content.split(b"\n", n + 1)[1 : n + 1]
+        numbers = np.array([line.split(None, 1)[0] for line in lines], np.int64)
+    else:
+        _gmsh22._read_cells_binary(f, cells, tags, n)
+        numbers = np.arange(1, n + 1)  # as Gmsh writes them
+    if any(len(row) > 2 for rows in tags.values() for row in rows):
+        notes.append("the partitions of the elements in the Gmsh file are dropped")
+    of_type = {kind: iter(rows) for kind, rows in tags.items()}
+    blocks = []
+    for kind, nodes in cells:
+        pairs = [(*next(of_type[kind]), 0, 0)[:2] for _ in nodes]
+        physical, entity = np.array(pairs, np.int64).reshape(-1, 2).T
+        named = {PHYSICAL: physical, GEOMETRICAL: entity}
+        blocks.append(Block(kind, nodes.astype(np.int64) + 1, named))
+    ends = np.cumsum([0, *(len(nodes) for _, nodes in cells)])
+    return blocks, [numbers[start:end] for start, end in pairwise(ends)]
+
+
+def _read_elements_41(
+    f: BinaryIO, text: bool, size: int, groups: list[dict], bounds: list[dict], notes: list[str]
+) -> _Elements:
+    from meshio._common import num_nodes_per_cell
+
+    def take(kind: str, count: int) -> Array:
+        return np.fromfile(f, kind, count, " " if text else "")
+
+    known = {code: kind for kind, code in cell_types().items()}
+    found = [group for groups_of in groups for group in groups_of.values() if group]
+    if any(len(group) > 1 for group in found):
+        notes.append("of entities in several physical groups, only the first is kept")
+    n_blocks, n, _, _ = take(f"i{size}", 4)
+    blocks, numbers = [], []
+    for _ in range(n_blocks):
+        dimension, tag, code = take("i4", 3)
+        (count,) = take(f"i{size}", 1)
+        if code not in known:
+            raise UnreadableError(f"elements of type {code} are not supported")
+        width = 1 + num_nodes_per_cell[known[code]]
+        rows = take(f"i{size}", count * width).reshape(count, width)
+        tags = {GEOMETRICAL: np.full(count, tag, np.int64)}
+        if found:
+            physical = next(iter(groups[dimension].get(tag, ())), 0)
+            tags = {PHYSICAL: np.full(count, physical, np.int64), **tags}
+        bound = bounds[dimension].get(tag, ()) if bounds else ()
+        bound = np.array(bound, np.int64) if len(bound) else None
+        blocks.append(Block(known[code], rows[:, 1:], tags, bound))
+        numbers.append(rows[:, 0])
+    if sum(map(len, numbers)) != n:
+        raise UnreadableError(f"{n} elements are announced, and another number found")
+    return blocks, numbers
+
+
+def _read_view(f: BinaryIO, text: bool) -> tuple[str, Array, Array]:
+    """Read $NodeData or $ElementData: name, numbers of its rows, and values."""
+    texts, _, integers = [[f.readline() for _ in range(int(f.readline()))] for _ in range(3)]
+    width, n = int(integers[1]), int(integers[2])
+    if text:
+        rows = np.fromfile(f, float, n * (1 + width), " ").reshape(n, 1 + width)
+        numbers, values = rows[:, 0], rows[:, 1:]
+    else:
+        records = np.fromfile(f, _record(width), n)
+        numbers, values = records["number"], records["value"]
+    name = texts[0].strip().strip(b'"').decode()
+    return name, numbers.astype(np.int64), values[:, 0] if width == 1 else values
+
+
+def _record(width: int) -> np.dtype:
+    return np.dtype([("number", "<i4"), ("value", "<f8", (width,))])
+
+
+def write(path: Path, mesh: Mesh, encoding: Encoding) -> None:
+    """Write a mesh.
+
+    Its points have three coordinates, its blocks "gmsh:geometrical" and types out of
+    `cell_types`. Arrays become views: they are of numbers, of a width in `VIEW_WIDTHS`.
+    """
+    import meshio
+    from meshio.gmsh import _gmsh22, _gmsh41, common
+
+    binary, old = encoding.binary, encoding.format == "gmsh22"
+    points = mesh.points.astype(np.float64)
+    blocks = mesh.blocks if old else entities.by_entity(mesh.blocks)
+    with path.open("wb") as f, listening(logging.INFO):
+        cells = [meshio.CellBlock(block.type, block.cells) for block in blocks]
+        tags = {GEOMETRICAL: [block.data[GEOMETRICAL] for block in blocks]}
+        f.write(f"$MeshFormat\n{'2.2' if old else '4.1'} {int(binary)} 8\n".encode())
+        f.write((b"\1\0\0\0\n" if binary else b"") + b"$EndMeshFormat\n")
+        common._write_physical_names(f, mesh.names)
+        if old:
+            tags[PHYSICAL] = [b.data.get(PHYSICAL, np.zeros(len(b.cells), int)) for b in blocks]
+            _gmsh22._write_nodes(f, points, ".16e", binary)
+            _gmsh22._write_elements(f, cells, tags, binary)
+        else:
+            dim_tags = mesh.point_data.get(DIM_TAGS, entities.classify(len(points), blocks))
+            entities.write(f, points, blocks, dim_tags, binary)
+            _gmsh41._write_nodes(f, points, cells, {DIM_TAGS: dim_tags}, ".16e", binary)
+            _gmsh41._write_elements(f, cells, tags, binary)
+        for name, values in mesh.point_data.items():
+            if name != DIM_TAGS:
+                _write_view(f, "NodeData", name, np.arange(1, len(values) + 1), values, binary)
+        for name in dict.fromkeys(name for block in blocks for name in block.data):
+            if name not in (PHYSICAL, GEOMETRICAL):
+                here = [np.full(len(block.cells), name in block.data) for block in blocks]
+                rows = np.flatnonzero(np.concatenate(here)) + 1
+                values = np.concatenate([b.data[name] for b in blocks if name in b.data])
+                _write_view(f, "ElementData", name, rows, values, binary)
+
+
+def _write_view(
+    f: BinaryIO, section: str, name: str, rows: Array, values: Array, binary: bool
+) -> None:
+    values = values.reshape(len(rows), -1).astype(np.float64)
+    width = values.shape[1]
+    title = name.replace('"', "'").replace("\n", " ")
+    head = f'${section}\n1\n"{title}"\n1\n0.0\n3\n0\n{width}\n{len(rows)}\n'
+    f.write(head.encode(errors="replace"))
+    if binary:
+        records = np.empty(len(rows), _record(width))
+        records["number"], records["value"] = rows, values
+        f.write(records.tobytes() + b"\n")
+    else:
+        for row, value in zip(rows.tolist(), values.tolist(), strict=True):
+            f.write(f"{row} {' '.join(map(repr, value))}\n".encode())
+    f.write(f"$End{section}\n".encode())

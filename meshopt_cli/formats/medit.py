@@ -1,0 +1,157 @@
+"""Medit's `.mesh` (text) and `.meshb` (binary).
+
+Both are read by meshio, once the sections are taken out that it refuses, like
+RequiredEdges, or discards. In text it also wants each count on a line of its own, knows
+versions 1 and 2 only, and in version 1 rounds large references: so the text is set anew
+in version 2.
+
+Text is written by meshio. Binary is written here: meshio has versions 3 and 4 only, so
+that a file would lose its version, and single precision with it.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+import struct
+from pathlib import Path
+
+import numpy as np
+
+from ..mesh import Array, Block, Mesh
+from .bridge import from_meshio, listening, prepared, to_meshio
+from .sniff import Encoding, UnreadableError
+
+log = logging.getLogger("meshopt")
+
+REF = "medit:ref"
+# code in binary files of each type of cell
+CODES = {"line": 5, "triangle": 6, "quad": 7, "tetra": 8, "wedge": 9, "hexahedron": 10}
+CODES["pyramid"] = 49
+_DIMENSION, _VERTICES, _END = 3, 4, 54
+_SECTIONS = ["Vertices", "Edges", "Triangles", "Quadrilaterals", "Tetrahedra", "Prisms", "Pyramids"]
+_SECTIONS += ["Hexahedra", "Hexaedra"]  # as some programs spell it
+_VERSION = b"MeshVersionFormatted"
+_ONE_OF = {_VERSION: (b"1", b"2", b"3", b"4"), b"Dimension": (b"2", b"3")}
+_KEYWORD = re.compile(rb"[A-Z][A-Za-z]{2,}\w*")
+
+
+def read(path: Path, data: bytes, encoding: Encoding) -> Mesh:
+    """Read a mesh, with references as "medit:ref".
+
+    Vertex numbers start from 0 and are otherwise as the file has them: a 0 in it is a -1.
+    """
+    import meshio.medit
+
+    plain, dropped = _plain_binary(data) if encoding.binary else _plain_text(data)
+    if dropped:
+        log.warning("the sections %s of the Medit file are dropped", ", ".join(dropped))
+    name = "mesh.meshb" if encoding.binary else "mesh.mesh"  # meshio goes by the last letter
+    with prepared(path, b"", plain, name) as copy, listening(logging.WARNING):
+        mesh = from_meshio(meshio.medit.read(copy))
+    for data_of in (mesh.point_data, *(block.data for block in mesh.blocks)):
+        data_of[REF] = data_of[REF].astype(np.int64)
+    if encoding.version == "1":
+        mesh.points = mesh.points.astype(np.float32)
+    return mesh
+
+
+def _plain_text(data: bytes) -> tuple[bytes, list[str]]:
+    """Set a text anew with what meshio knows; also the names of the sections left out."""
+    if b"#" in data or b'"' in data:  # comments and names of other files
+        data = re.sub(rb"#[^\r\n]*|\"[^\"\r\n]*\"", b"", data)
+    words = [m for m in _KEYWORD.finditer(data) if m[0][:3].lower() not in (b"nan", b"inf")]
+    ends = [word.start() for word in words[1:]] + [len(data)]
+    plain, dropped = [], []
+    for word, end in zip(words, ends, strict=True):
+        keyword, name = word[0], word[0].decode()
+        if name == "End":
+            break
+        count, rows = [*data[word.end() : end].split(None, 1), b"", b""][:2]
+        if keyword in _ONE_OF:
+            if count not in _ONE_OF[keyword]:
+                raise UnreadableError(f"{name} {count.decode()} is not supported")
+            plain.append(b"%s %s\n" % (keyword, b"2" if keyword == _VERSION else count))
+        elif name in _SECTIONS:
+            plain.append(b"%s\n%s\n%s\n" % (keyword, count, rows.replace(b"\r", b"\n")))
+        elif count != b"0":
+            dropped.append(name)
+    else:
+        log.info("the Medit file has no End: it may be truncated")
+    return b"".join(plain), dropped
+
+
+def _plain_binary(data: bytes) -> tuple[bytes, list[str]]:
+    """Do the same for a binary file, in which each section says where the next starts."""
+    from meshio.medit._medit_internal import medit_codes
+
+    order = "<" if data[:4] == b"\1\0\0\0" else ">"
+    _, version = struct.unpack_from(order + "ii", data)
+    head = struct.Struct(order + ("ii" if version < 3 else "iq"))
+    at, plain = 8, [data[:8]]
+    dropped: list[str] = []
+    while at + head.size <= len(data):
+        code, after = head.unpack_from(data, at)
+        if code == _END:
+            return b"".join([*plain, data[at:]]), dropped
+        if not at < after <= len(data):
+            break
+        if code in (_DIMENSION, _VERTICES, *CODES.values()):
+            plain.append(data[at:after])
+        elif any(data[at + head.size : at + head.size + 4]):  # the count of its rows
+            dropped.append(medit_codes.get(code, (f"Gmf{code}",))[0][3:])
+        at = after
+    raise UnreadableError("it ends in the middle of a section")
+
+
+def write(path: Path, mesh: Mesh, encoding: Encoding) -> None:
+    """Write a mesh, whose blocks have types out of `CODES`, with "medit:ref" if it is there."""
+    from meshio.medit import _medit
+
+    refs = mesh.point_data.get(REF, np.zeros(len(mesh.points), np.int64))
+    whole = Mesh(mesh.points, _one_a_type(mesh.blocks), {REF: refs})
+    version = 1 if mesh.points.dtype == np.float32 else max(2, int(encoding.version))
+    if encoding.binary:
+        _write_binary(path, whole, version)
+        return
+    with listening(logging.INFO):
+        _medit.write_ascii_file(path, to_meshio(whole))
+    with path.open("rb+") as stream:  # meshio says 1 or 2, which is the same as 3 or 4 in text
+        stream.write(b"%s %d" % (_VERSION, version))
+
+
+def _one_a_type(blocks: list[Block]) -> list[Block]:
+    """Join the blocks of each type, since readers look at one section of a name only."""
+    joined = []
+    for cell_type in dict.fromkeys(block.type for block in blocks):
+        same = [block for block in blocks if block.type == cell_type]
+        refs = [block.data.get(REF, np.zeros(len(block.cells), np.int64)) for block in same]
+        cells = np.concatenate([block.cells for block in same])
+        joined.append(Block(cell_type, cells, {REF: np.concatenate(refs)}))
+    return joined
+
+
+def _write_binary(path: Path, mesh: Mesh, version: int) -> None:
+    """Write version 1 (32-bit reals), 2, 3 (positions of 64 bits) or 4 (integers too)."""
+    columns = [mesh.point_data[REF], *(block.data[REF] for block in mesh.blocks)]
+    if any(len(c) and max(c.max(), -c.min()) >= 1 << 31 for c in columns):
+        version = 4
+    if 8 * mesh.points.size + 40 * sum(len(block.cells) for block in mesh.blocks) > 1 << 30:
+        version = max(3, version)
+    real, integer = "<f4" if version == 1 else "<f8", "<i8" if version == 4 else "<i4"
+    n, dimension = mesh.points.shape
+    vertices = np.empty(n, [("x", real, (dimension,)), ("ref", integer)])
+    vertices["x"], vertices["ref"] = mesh.points, mesh.point_data[REF]
+    sections: list[tuple[int, Array]] = [(_VERTICES, vertices)]
+    for block in mesh.blocks:
+        rows = np.column_stack([block.cells + 1, block.data[REF]]).astype(integer)
+        sections.append((CODES[block.type], rows))
+    head = struct.Struct("<ii" if version < 3 else "<iq")
+    with path.open("wb") as stream:
+        stream.write(struct.pack("<ii", 1, version))
+        stream.write(head.pack(_DIMENSION, 8 + head.size + 4) + struct.pack("<i", dimension))
+        for code, rows in sections:
+            count = np.array(len(rows), integer).tobytes()
+            after = stream.tell() + head.size + len(count) + rows.nbytes
+            stream.write(head.pack(code, after) + count + rows.tobytes())
+        stream.write(head.pack(_END, 0))

@@ -1,0 +1,51 @@
+"""How a file counts its cells and points, so that people find them in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..mesh import Mesh
+from .sniff import Encoding
+from .table import FORMATS
+
+# what a type is called where each type is counted by itself
+_TYPES = {"line": "edge", "quad": "quadrilateral", "tetra": "tetrahedron", "wedge": "prism"}
+
+
+@dataclass(frozen=True)
+class Numbering:
+    """The cells and points of a mesh as its file counts them, in the order they stand there.
+
+    Attributes
+    ----------
+    blocks : tuple of (str, int)
+        What the cells of each block are called, and the number of the first.
+    points : (str, int)
+        The same for the points.
+    """
+
+    blocks: tuple[tuple[str, int], ...]
+    points: tuple[str, int]
+
+    def cell(self, block: int, row: int) -> str:
+        """A row of a block: "element 12"."""
+        name, first = self.blocks[block]
+        return f"{name} {first + row}"
+
+    def point(self, i: int) -> str:
+        """A point: "node 7"."""
+        name, first = self.points
+        return f"{name} {first + i}"
+
+
+def numbering(encoding: Encoding, mesh: Mesh) -> Numbering:
+    """Find out how a file counts the cells and points of the mesh that was read from it."""
+    row = FORMATS[encoding.format]
+    following: dict[str, int] = {}
+    blocks = []
+    for block in mesh.blocks:
+        name = row.cell_name or _TYPES.get(block.type, block.type)
+        first = following.get(name, row.first_number)
+        following[name] = first + len(block.cells)
+        blocks.append((name, first))
+    return Numbering(tuple(blocks), (row.point_name, row.first_number))

@@ -1,0 +1,96 @@
+"""The table of formats: one row for each that can be read and written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..mesh import Mesh
+from . import gmsh, medit, tags, vtk
+from .sniff import Encoding
+
+
+@dataclass(frozen=True)
+class Format:
+    """A row of `FORMATS`.
+
+    Attributes
+    ----------
+    family : str
+        Formats of one family keep each other's version, and text or binary.
+    title : str
+        What messages call it.
+    extensions : tuple of str
+        In lower case, with the dot. Of two rows with the same, the first is written.
+    default : Encoding
+        What a new file is like.
+    description : str
+    first_number : int
+        Number of the first cell and of the first point in a file.
+    cell_name, point_name : str
+        What they are called; without a name, cells are counted by type.
+    read : function of (path, content, encoding)
+    fit : function of (mesh, encoding)
+        Makes the mesh that `write` takes, and lists what it left out.
+    write : function of (path, mesh, encoding)
+    """
+
+    family: str
+    title: str
+    extensions: tuple[str, ...]
+    default: Encoding
+    description: str
+    first_number: int
+    cell_name: str
+    point_name: str
+    read: Callable[[Path, bytes, Encoding], Mesh]
+    fit: Callable[[Mesh, Encoding], tuple[Mesh, list[str]]]
+    write: Callable[[Path, Mesh, Encoding], None]
+
+    @property
+    def name(self) -> str:
+        """What `--file-format` calls it."""
+        return self.default.format
+
+
+def _gmsh(new: Encoding) -> Format:
+    about = f"Gmsh, version {new.version}, text or binary"
+    functions = gmsh.read, tags.for_gmsh, gmsh.write
+    return Format("gmsh", "Gmsh", (".msh",), new, about, 1, "element", "node", *functions)
+
+
+def _vtk(title: str, new: Encoding, about: str, read: Callable, write: Callable) -> Format:
+    functions = read, tags.for_vtk, write
+    name = new.format
+    return Format(name, title, (f".{name}",), new, about, 0, "cell", "point", *functions)
+
+
+def _medit(extension: str, new: Encoding) -> Format:
+    about = f"Medit, {'binary' if new.binary else 'text'}, as Mmg reads and writes it"
+    functions = medit.read, tags.for_medit, medit.write
+    return Format("medit", "Medit", (extension,), new, about, 1, "", "vertex", *functions)
+
+
+_ROWS = (
+    _gmsh(Encoding("gmsh", "4.1", binary=False)),
+    _gmsh(Encoding("gmsh22", "2.2", binary=False)),
+    _vtk(
+        "VTK",
+        Encoding("vtk", "5.1", binary=True),
+        "VTK without XML, text or binary; versions up to 4.2 are written as 4.2",
+        vtk.read_vtk,
+        vtk.write_vtk,
+    ),
+    _vtk(
+        "VTU",
+        Encoding("vtu", "1.0", binary=True, compressed=True),
+        "VTK with XML, unstructured grid, text or binary, compressed or not",
+        vtk.read_vtu,
+        vtk.write_vtu,
+    ),
+    _medit(".mesh", Encoding("medit", "2", binary=False)),
+    _medit(".meshb", Encoding("meditb", "2", binary=True)),
+)
+
+FORMATS: dict[str, Format] = {row.name: row for row in _ROWS}

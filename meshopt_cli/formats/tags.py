@@ -1,0 +1,149 @@
+"""What each family of formats can hold of a `Mesh`, and how it calls it.
+
+Each function makes a mesh fit for one family, tags carried over, and lists what had to be
+left out. The mesh it is given stays as it is; its arrays are as `read` leaves them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from urllib.parse import quote
+
+import numpy as np
+
+from ..mesh import Array, Block, Mesh, dimension_of, with_depth
+from . import gmsh, medit, vtk
+from .entities import DIM_TAGS, GEOMETRICAL, PHYSICAL
+from .medit import REF
+from .sniff import Encoding
+
+_PRINTABLE = "".join(map(chr, range(33, 127))).translate({ord('"'): None, ord("%"): None})
+
+
+def for_gmsh(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
+    """Fit a mesh for Gmsh: a reference becomes a physical group and an entity."""
+    new = encoding.format == "gmsh"
+    dropped = [] if new else _model(mesh)
+    blocks = []
+    for block in _held(mesh.blocks, gmsh.cell_types(), dropped):
+        data = _views(block.data, (PHYSICAL, GEOMETRICAL, REF), dropped)
+        tags = {name: _tags(block.data.get(name)) for name in (PHYSICAL, GEOMETRICAL)}
+        if all(values is None for values in tags.values()):
+            tags = {PHYSICAL: _tags(block.data.get(REF))}
+        elif REF in block.data:
+            dropped.append(REF)
+        data |= {name: values for name, values in tags.items() if values is not None}
+        blocks.append(Block(block.type, block.cells, data, block.entities if new else None))
+    _number_entities(blocks)
+    point_data = _views(mesh.point_data, (DIM_TAGS, REF), dropped)
+    if new and DIM_TAGS in mesh.point_data:
+        point_data[DIM_TAGS] = mesh.point_data[DIM_TAGS]
+    refs = mesh.point_data.get(REF, np.empty(0))
+    if (refs != refs[:1]).any():
+        dropped.append("the references of vertices")
+    names = {name.replace('"', "'"): group for name, group in mesh.names.items()}
+    return Mesh(_in_space(mesh.points), blocks, point_data, names), dropped
+
+
+def _number_entities(blocks: list[Block]) -> None:
+    """Give an entity to the cells that have none: the number of their group, if positive."""
+    for dimension in range(4):
+        alike = [block for block in blocks if dimension_of(block.type) == dimension]
+        bare = [block for block in alike if GEOMETRICAL not in block.data]
+        groups = [b.data.get(PHYSICAL, np.zeros(len(b.cells), np.int64)) for b in bare]
+        top = max((int(group.max()) for group in groups if len(group)), default=0)
+        for block, group in zip(bare, groups, strict=True):
+            if dimension == 0 and PHYSICAL not in block.data:  # one entity a vertex
+                block.data[GEOMETRICAL] = np.arange(1, len(group) + 1)
+            else:
+                block.data[GEOMETRICAL] = np.where(group > 0, group, max(top, 0) + 1 - group)
+
+
+def for_medit(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
+    """Fit a mesh for Medit: its reference is the physical group, else the entity.
+
+    The entity stands for the group where no cell of that dimension is in a group.
+    """
+    dropped = ["the physical names"] * bool(mesh.names) + _model(mesh)
+    held = _held(mesh.blocks, medit.CODES, dropped)
+    blocks = []
+    for block in held:
+        alike = [b.data for b in held if dimension_of(b.type) == dimension_of(block.type)]
+        grouped = any(PHYSICAL in data and data[PHYSICAL].any() for data in alike)
+        names = (REF, PHYSICAL, GEOMETRICAL) if grouped else (REF, GEOMETRICAL)
+        key = next((name for name in names if any(name in data for data in alike)), REF)
+        refs = _tags(block.data.get(key))
+        dropped += [n for n in block.data if n != key and (grouped or n != PHYSICAL)]
+        blocks.append(Block(block.type, block.cells, {} if refs is None else {REF: refs}))
+    dropped += [name for name in mesh.point_data if name not in (REF, DIM_TAGS)]
+    refs = _tags(mesh.point_data.get(REF))
+    return Mesh(mesh.points, blocks, {} if refs is None else {REF: refs}), dropped
+
+
+def for_vtk(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
+    """Fit a mesh for VTK: arrays run over all cells, 0 or NaN where there was none."""
+
+    def spelled(name: str) -> str:
+        """Without what XML cannot hold, or as VTK does without XML: no blanks."""
+        name = "".join(letter if letter.isprintable() else "_" for letter in name)
+        return quote(name, safe=_PRINTABLE) if encoding.format == "vtk" else name
+
+    dropped = ["the physical names"] * bool(mesh.names) + _model(mesh)
+    held = [b for b in _held(mesh.blocks, vtk.cell_types(), dropped) if len(b.cells)]
+    blocks = [Block(block.type, block.cells) for block in held]
+    for name in dict.fromkeys(name for block in held for name in block.data):
+        some = [block.data[name] for block in held if name in block.data]
+        if len({array.shape[1:] for array in some}) != 1:
+            dropped.append(name)
+            continue
+        kind, shape = np.result_type(*some), some[0].shape[1:]
+        missing = np.full((1, *shape), np.nan if kind.kind == "f" else 0)
+        for block, old in zip(blocks, held, strict=True):
+            array = old.data.get(name, np.repeat(missing, len(block.cells), axis=0))
+            block.data[spelled(name)] = array.astype(kind)
+    point_data = {spelled(n): a for n, a in mesh.point_data.items() if n != DIM_TAGS}
+    return Mesh(_in_space(mesh.points), blocks, point_data), dropped
+
+
+def _in_space(points: Array) -> Array:
+    """Give points in the plane a third coordinate, 0."""
+    return with_depth(points).astype(points.dtype)
+
+
+def _model(mesh: Mesh) -> list[str]:
+    """What of a mesh only Gmsh's version 4.1 can hold."""
+    here = DIM_TAGS in mesh.point_data or any(b.entities is not None for b in mesh.blocks)
+    return ["the entities of nodes and their bounds"] * here
+
+
+def _held(blocks: list[Block], known: Collection[str], dropped: list[str]) -> list[Block]:
+    """Keep the blocks of known types.
+
+    Raises
+    ------
+    ValueError
+        One of the others has the highest dimension: without it there is no mesh.
+    """
+    top = max((dimension_of(block.type) for block in blocks if len(block.cells)), default=0)
+    for block in blocks:
+        if block.type not in known and len(block.cells):
+            if dimension_of(block.type) == top:
+                raise ValueError(f"the format has no cells of type {block.type}")
+            dropped.append(f"the cells of type {block.type}")
+    return [block for block in blocks if block.type in known]
+
+
+def _tags(values: Array | None) -> Array | None:
+    """Take an array for tags if it holds whole numbers, one a row."""
+    if values is None or values.ndim != 1:
+        return None
+    whole = values.astype(np.int64)
+    return whole if (whole == values).all() else None
+
+
+def _views(data: dict[str, Array], but: tuple[str, ...], dropped: list[str]) -> dict[str, Array]:
+    """Keep the arrays that Gmsh can hold as views."""
+    others = {name: values for name, values in data.items() if name not in but}
+    fit = [n for n, values in others.items() if int(np.prod(values.shape[1:])) in gmsh.VIEW_WIDTHS]
+    dropped += [name for name in others if name not in fit]
+    return {name: others[name] for name in fit}
