@@ -10,7 +10,15 @@ import numpy as np
 
 from . import adjacency, validity
 from .errors import BadMeshError, InvariantError
-from .mesh import Mesh, Simplices, cast, main_type, untransferred, with_simplices
+from .mesh import (
+    Mesh,
+    Simplices,
+    cast,
+    main_type,
+    untransferred,
+    with_positive_tets,
+    with_simplices,
+)
 from .passes import Observer
 from .pipeline import Outcome, Pipeline
 from .quality import MEASURES, Measure, Summary, summarize
@@ -22,8 +30,8 @@ log = logging.getLogger("meshopt")
 # Volume of a region may change by rounding only: this part of the volume of the mesh.
 VOLUME_TOLERANCE = 1e-9
 
-# Rules that a pipeline can mend, so that a mesh which breaks only these is worked on.
-MENDABLE = ("M103",)
+# Rules that turning cells may mend.
+ORIENTATION = {"M101", "M103", "M207"}
 
 
 class InvalidMeshError(BadMeshError):
@@ -45,7 +53,6 @@ class Result:
     after: Summary
     outcome: Outcome
     seconds: float
-    turned: bool
 
 
 def optimize(
@@ -73,14 +80,8 @@ def optimize(
     """
     start = time.perf_counter()
     main_type(mesh)
-    report = validity.check(mesh)
-    broken = [group for group in report.errors if group.code not in MENDABLE]
-    if broken:
-        codes = ", ".join(group.code for group in broken)
-        raise InvalidMeshError(f"the mesh is not valid ({codes}): nothing written", mesh, report)
+    mesh = sound(mesh)
     source = cast(mesh)
-    if source.turned:
-        log.warning("all cells had the other orientation: they are turned")
     if lost := untransferred(mesh):
         log.warning("arrays that do not follow the cells are dropped: %s", ", ".join(lost))
     others = tuple(MEASURES.values()) if with_all_measures else ()
@@ -93,9 +94,28 @@ def optimize(
     if after.n_invalid or after.worst > before.worst * (1 + 1e-6):
         raise InvariantError(f"the worst Q rose from {before.worst} to {after.worst}")
     prove(source, final, mesh.points, result.points, origin)
-    return Result(
-        result, measure, before, after, outcome, time.perf_counter() - start, source.turned
-    )
+    return Result(result, measure, before, after, outcome, time.perf_counter() - start)
+
+
+def sound(mesh: Mesh) -> Mesh:
+    """The mesh, with its tetrahedra turned where that is all it lacks.
+
+    Raises
+    ------
+    InvalidMeshError
+        It breaks a rule of severity error, whichever way its cells are turned.
+    """
+    report = validity.check(mesh)
+    if report.is_valid:
+        return mesh
+    broken = {group.code for group in report.errors}
+    if broken <= ORIENTATION:
+        turned, n_turned = with_positive_tets(mesh)
+        if n_turned and validity.check(turned).is_valid:
+            log.warning("%d cells had the other orientation: they are turned", n_turned)
+            return turned
+    codes = ", ".join(sorted(broken))
+    raise InvalidMeshError(f"the mesh is not valid ({codes}): nothing written", mesh, report)
 
 
 def prove(

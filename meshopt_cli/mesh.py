@@ -322,6 +322,27 @@ def cast(mesh: Mesh) -> Simplices:
     return Simplices(points, cells, regions_of(blocks), fixed, facets, edges, frame, single, turned)
 
 
+def with_positive_tets(mesh: Mesh) -> tuple[Mesh, int]:
+    """Turn the tetrahedra of negative volume; also returns how many they were.
+
+    This mends a mesh whose cells were written in either orientation. In a tangle it makes
+    neighbours overlap, which `validity.check` sees (M207).
+    """
+    points = with_depth(mesh.points)
+    n_turned = 0
+    blocks = []
+    for block in mesh.blocks:
+        if block.type == "tetra" and len(block.cells):
+            edges = points[block.cells[:, 1:]] - points[block.cells[:, :1]]
+            negative = np.linalg.det(edges) < 0
+            cells = np.where(negative[:, None], block.cells[:, [0, 1, 3, 2]], block.cells)
+            n_turned += int(np.count_nonzero(negative))
+            blocks.append(replace(block, cells=cells))
+        else:
+            blocks.append(block)
+    return replace(mesh, blocks=blocks), n_turned
+
+
 def with_simplices(mesh: Mesh, worked: Simplices, origin: Array, before: Simplices) -> Mesh:
     """Put worked cells in the place of those of a mesh, and keep all the rest.
 

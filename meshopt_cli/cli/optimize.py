@@ -10,6 +10,7 @@ from pathlib import Path
 import click
 
 from ..errors import EXIT_BAD_MESH, EXIT_DONE, ConfigError
+from .naming import naming
 from .options import measure_option, verbosity_options
 
 COMMAND_HELP = """Optimize the mesh in INPUT and write it to OUTPUT.
@@ -74,6 +75,7 @@ def command(
 ) -> int:
     from .. import formats
     from ..job import InvalidMeshError, optimize
+    from ..mesh import main_type
     from .config import Request, plan_for
     from .findings import show_findings
     from .output import form_of, print_report, report_of, write_reports
@@ -87,17 +89,19 @@ def command(
         form_of(path)
     clock = [time.perf_counter()]
     mesh, source = formats.read(input)
+    with naming(input):
+        main_type(mesh)
     plan = plan_for(request, mesh.dimension())
     encoding = formats.encoding_for(output, source.encoding, file_format)
     clock.append(time.perf_counter())
     compile_kernels(verbosity < 0)
     needs_all = as_json or any(r.suffix.lower() == ".json" for r in reports)
     try:
-        with progress(verbosity < 0) as observer:
+        with progress(verbosity < 0) as observer, naming(input):
             result = optimize(mesh, plan.pipeline, plan.measure, observer, needs_all)
     except InvalidMeshError as error:
         show_findings(input, source, error.mesh, error.report, err=True)
-        raise type(error)(f"{input}: {error}", error.mesh, error.report) from error
+        raise
     clock.append(time.perf_counter())
     failed = fail_above is not None and result.after.worst > fail_above
     if not failed:

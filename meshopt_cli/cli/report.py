@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from ..errors import EXIT_DONE, EXIT_FILES, MeshoptError
+from .naming import naming
 from .options import measure_option, verbosity_options
 from .output import REPORT_FORMATS
 
@@ -42,11 +43,10 @@ def command(
     for path in meshes:
         try:
             mesh, source = formats.read(path)
-            summary = summarize(cast(mesh), chosen, others)
+            with naming(path):
+                summary = summarize(cast(mesh), chosen, others)
         except MeshoptError as error:
-            message = str(error)
-            shown = message if message.startswith(str(path)) else f"{path}: {message}"
-            click.echo(f"meshopt: {shown}", err=True)
+            click.echo(f"meshopt: {error}", err=True)
             status = max(status, error.exit_status)
             continue
         reports.append(Report(__version__, facts_of(source), summary))
