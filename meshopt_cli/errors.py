@@ -46,6 +46,12 @@ class WriteError(MeshoptError):
     exit_status = EXIT_FILES
 
 
+class InterruptError(MeshoptError):
+    """The user stopped the run: nothing is written."""
+
+    exit_status = EXIT_INTERRUPTED
+
+
 class InvariantError(MeshoptError):
     """A promise of this tool broke: nothing is written."""
 

@@ -359,7 +359,8 @@ def with_simplices(mesh: Mesh, worked: Simplices, origin: Array, before: Simplic
     new_number = np.full(len(mesh.points), -1, dtype=np.int64)
     is_new = origin < 0
     new_number[origin[~is_new]] = np.flatnonzero(~is_new)
-    points = mesh.points[origin].copy()
+    # A new point starts as one of the cells', for the height over a plane.
+    points = mesh.points[np.where(is_new, before.cells[0, 0], origin)].copy()
     moved = is_new | np.any(worked.points != before.points[origin], axis=1)
     if worked.frame is not None:
         space = worked.frame.unflatten(with_depth(points[moved]), worked.points[moved])

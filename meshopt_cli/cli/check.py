@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from ..errors import EXIT_BAD_MESH, EXIT_DONE, MeshoptError
-from .options import measure_option, verbosity_options
+from .options import Number, measure_option, verbosity_options
 
 
 def _codes(ctx: click.Context, parameter: click.Parameter, value: str | None) -> tuple[str, ...]:
@@ -17,7 +17,7 @@ def _codes(ctx: click.Context, parameter: click.Parameter, value: str | None) ->
 @click.command("check")
 @click.argument("meshes", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option(
-    "--fail-above", type=click.FloatRange(1), metavar="Q",
+    "--fail-above", type=Number(1), metavar="Q",
     help="A cell worse than Q makes the mesh bad (M401).",
 )  # fmt: skip
 @measure_option

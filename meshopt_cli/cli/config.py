@@ -67,14 +67,28 @@ def plan_for(request: Request, dimension: int = 3) -> Plan:
     given = [n for n in ("preset", "passes", "config") if getattr(request, n) is not None]
     if len(given) > 1:
         raise ConfigError(f"--{given[0]} and --{given[1]} exclude each other")
-    values = load(request.config) if request.config else {}
+    if request.passes == ():
+        raise ConfigError("--passes: no pass is named")
+    if request.config is None:
+        plan = _plan({}, request, dimension)
+    else:
+        values = load(request.config)
+        try:
+            plan = _plan(values, request, dimension)
+        except ConfigError as error:
+            raise ConfigError(f"{request.config}: {error}") from error
+    apply_settings(plan.pipeline.passes(), request.settings)
+    return plan
+
+
+def _plan(values: dict[str, Any], request: Request, dimension: int) -> Plan:
+    """The plan of a file's values, over which the options win."""
     for key in ("measure", "rounds", "target-quality", "time-limit"):
         if (value := getattr(request, key.replace("-", "_"))) is not None:
             values[key] = value
     measure = measure_named(values.get("measure", DEFAULT_MEASURE))
     if not measure.drives:
         raise ConfigError(f"measure {measure.name} cannot steer: it calls some flat cells good")
-
     preset = preset_named(request.preset or values.get("preset", DEFAULT_PRESET))
     stop = _stop(preset.stop, values)
     stages: tuple[Stage, ...]
@@ -88,9 +102,10 @@ def plan_for(request: Request, dimension: int = 3) -> Plan:
         stages = (Sequence(before), Repeat(Sequence(steps), stop)) if steps else (Sequence(before),)
     else:
         name, stages = preset.name, preset.build(stop, dimension)
-    pipeline = Pipeline(name, stages, float(values.get("time-limit", "inf")))
-    apply_settings(pipeline.passes(), request.settings)
-    return Plan(pipeline, measure)
+    limit = float(values.get("time-limit", "inf"))
+    if not limit >= 0.0:
+        raise ConfigError(f"time-limit: {limit} is out of range, must be at least 0")
+    return Plan(Pipeline(name, stages, limit), measure)
 
 
 def load(path: Path) -> dict[str, Any]:
@@ -138,7 +153,7 @@ def _pass(table: Any, where: str) -> Pass:
     for key, value in table.items():
         if key != "name":
             name = _option_of(kind, key)
-            options[name] = _converted(kind, name, value)
+            options[name] = _converted(kind, name, value, is_text=False)
     return kind(**options)
 
 
@@ -160,7 +175,7 @@ def apply_settings(passes: Iterable[Pass], settings: Iterable[str]) -> None:
         option = _option_of(kind, key)
         for step in steps:
             if step.name == name:
-                setattr(step, option, _converted(kind, option, value.strip()))
+                setattr(step, option, _converted(kind, option, value.strip(), is_text=True))
                 step.validate()
         if not any(step.name == name for step in steps):
             raise ConfigError(f"--set {setting}: the pipeline has no pass {name}")
@@ -175,22 +190,23 @@ def _option_of(kind: type[Pass], key: str) -> str:
     return name
 
 
-def _converted(kind: type[Pass], name: str, value: Any) -> Any:
-    """The value as the type of the option, from text or from TOML."""
+def _converted(kind: type[Pass], name: str, value: Any, is_text: bool) -> Any:
+    """The value as the type of the option.
+
+    Parameters
+    ----------
+    is_text : bool
+        Whether it comes from the command line, where a number is text too; in a file the kind
+        of the value must fit.
+    """
     wanted = next(str(f.type) for f in fields(kind) if f.name == name)
+    allowed = {"int": (int,), "float": (int, float), "str": (str,)}[wanted]
     makers = {"int": int, "float": float, "str": str}
-    # On the command line everything is text; in TOML the kind must fit.
-    is_text = isinstance(value, str)
-    fits = is_text or (
-        wanted != "str"
-        and not isinstance(value, bool)
-        and (wanted == "float" or not isinstance(value, float))
-    )
     try:
-        if not fits:
+        if not is_text and (isinstance(value, bool) or not isinstance(value, allowed)):
             raise ValueError
         return makers[wanted](value)
-    except (ValueError, TypeError):
+    except (ValueError, OverflowError):
         shown = f"{kind.name}.{name.replace('_', '-')}"
         raise ConfigError(f"{shown}: {value!r} is not of type {wanted}") from None
 

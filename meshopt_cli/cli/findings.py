@@ -84,7 +84,7 @@ def report_dict(path: Path, source: Source, mesh: Mesh, report: Report, status: 
         "path": str(path),
         "format": source.encoding.format,
         "sha256": source.sha256,
-        "valid": report.is_valid,
+        "valid": status == 0,
         "status": status,
         "counts": {group.code: len(group) for group in report.groups},
         "findings": findings,

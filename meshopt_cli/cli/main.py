@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import io
 import os
 import sys
 import traceback
@@ -73,14 +74,18 @@ def run() -> None:
 
 def status_of(arguments: list[str]) -> int:
     """Run the command line; returns the exit status. Errors become one line on stderr."""
+    # A name of a file may hold what stdout cannot show.
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
     try:
         result = main.main(arguments, prog_name="meshopt", standalone_mode=False)
         return result if isinstance(result, int) else EXIT_DONE
     except click.exceptions.Exit as done:
         return done.exit_code
     except click.ClickException as error:
-        error.show()
-        return EXIT_USAGE
+        hint = "" if not isinstance(error, click.UsageError) else "; see meshopt --help"
+        return _fail(f"{error.format_message().rstrip('.')}{hint}", EXIT_USAGE)
     except MeshoptError as error:
         return _fail(str(error), error.exit_status)
     except (KeyboardInterrupt, click.Abort):

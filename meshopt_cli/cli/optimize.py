@@ -11,7 +11,7 @@ import click
 
 from ..errors import EXIT_BAD_MESH, EXIT_DONE, ConfigError
 from .naming import naming
-from .options import measure_option, verbosity_options
+from .options import Number, measure_option, verbosity_options
 
 COMMAND_HELP = """Optimize the mesh in INPUT and write it to OUTPUT.
 
@@ -37,19 +37,15 @@ exactly as they are; the result is never worse than the input.
 )
 @measure_option
 @click.option("--rounds", type=click.IntRange(1), help="At most so many rounds.")
-@click.option(
-    "--target-quality", type=click.FloatRange(1), metavar="Q", help="Stop when no cell is worse."
-)
-@click.option(
-    "--time-limit", type=click.FloatRange(0), metavar="S", help="Stop after so many seconds."
-)
+@click.option("--target-quality", type=Number(1), metavar="Q", help="Stop when no cell is worse.")
+@click.option("--time-limit", type=Number(0), metavar="S", help="Stop after so many seconds.")
 @click.option(
     "--report", "reports", multiple=True, type=click.Path(path_type=Path), metavar="FILE",
     help="Write the report too, as its suffix says: .json, .md, .csv or .txt.",
 )  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="Print the report as JSON.")
 @click.option(
-    "--fail-above", type=click.FloatRange(1), metavar="Q",
+    "--fail-above", type=Number(1), metavar="Q",
     help="Write nothing and exit with 1 when a cell stays worse than Q.",
 )  # fmt: skip
 @click.option("--file-format", metavar="NAME", help="Format of OUTPUT; see `meshopt list formats`.")

@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from ..errors import InterruptError
 from .terminal import set_up_log
 
 
@@ -34,6 +35,31 @@ def verbosity_options(function: Callable[..., Any]) -> Callable[..., Any]:
     @click.pass_context
     @functools.wraps(function)
     def wrapped(ctx: click.Context, *args: Any, quiet: bool, verbose: bool, **kwargs: Any) -> Any:
-        return function(*args, verbosity=_verbosity(ctx, quiet, verbose), **kwargs)
+        verbosity = _verbosity(ctx, quiet, verbose)
+        try:
+            return function(*args, verbosity=verbosity, **kwargs)
+        except KeyboardInterrupt:
+            # Before click sees it, which would print an empty line.
+            raise InterruptError("interrupted: nothing is written") from None
 
     return wrapped
+
+
+class Number(click.ParamType):
+    """A number from 1 on, or from another limit; nan is none."""
+
+    name = "number"
+
+    def __init__(self, least: float = 1.0) -> None:
+        self.least = least
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        try:
+            number = float(value)
+        except ValueError:
+            self.fail(f"{value!r} is not a number", param, ctx)
+        if not number >= self.least:
+            self.fail(f"{value} is out of range, must be at least {self.least:g}", param, ctx)
+        return number

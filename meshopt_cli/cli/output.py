@@ -127,6 +127,6 @@ def write_reports(paths: tuple[Path, ...], reports: list[Report], verbosity: int
     """
     for path in paths:
         try:
-            path.write_text(as_text(reports, form_of(path), verbosity), encoding="utf-8")
+            path.write_text(as_text(reports, form_of(path), verbosity), "utf-8", "backslashreplace")
         except OSError as error:
             raise WriteError(f"{path}: cannot write the report: {error.strerror}") from error

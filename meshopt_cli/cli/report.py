@@ -6,10 +6,13 @@ from pathlib import Path
 
 import click
 
-from ..errors import EXIT_DONE, EXIT_FILES, MeshoptError
+from ..errors import EXIT_DONE, EXIT_FILES, BadMeshError, MeshoptError
 from .naming import naming
 from .options import measure_option, verbosity_options
 from .output import REPORT_FORMATS
+
+# Rules without which cells have no shape to measure.
+READABLE = ("M00",)
 
 
 @click.command("report")
@@ -32,6 +35,7 @@ def command(
     from ..mesh import cast
     from ..quality import DEFAULT_MEASURE, MEASURES, measure_named, summarize
     from ..report.model import Report
+    from ..validity import check
     from .output import as_text, facts_of, print_report
     from .terminal import compile_kernels
 
@@ -44,6 +48,8 @@ def command(
         try:
             mesh, source = formats.read(path)
             with naming(path):
+                if not check(mesh, READABLE).is_valid:
+                    raise BadMeshError("the mesh is not valid: see meshopt check")
                 summary = summarize(cast(mesh), chosen, others)
         except MeshoptError as error:
             click.echo(f"meshopt: {error}", err=True)
@@ -54,7 +60,7 @@ def command(
         print_report(reports, form)
     elif reports and output is not None:
         try:
-            output.write_text(as_text(reports, form), encoding="utf-8")
+            output.write_text(as_text(reports, form), "utf-8", "backslashreplace")
         except OSError as error:
             click.echo(f"meshopt: {output}: {error.strerror}", err=True)
             return EXIT_FILES

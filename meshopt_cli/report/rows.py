@@ -85,7 +85,8 @@ def closing_lines(report: Report) -> list[str]:
     if report.after is None:
         return [angles]
     change = report.after.n_points - report.before.n_points
-    vertices = f"{abs(change):,} vertices {'more' if change > 0 else 'less'}"
+    noun = "vertex" if abs(change) == 1 else "vertices"
+    vertices = f"{abs(change):,} {noun} {'more' if change > 0 else 'less'}"
     times = ", ".join(f"{name} {seconds:.2f} s" for name, seconds in report.seconds.items())
     return [
         f"stopped: {report.stopped}; {vertices if change else 'as many vertices as before'}",
