@@ -83,8 +83,12 @@ def _standard(stop: Stop, dimension: int) -> tuple[Stage, ...]:
 def _best(stop: Stop, dimension: int) -> tuple[Stage, ...]:
     low = 1.0 + 0.6 * (_SWAP[dimension] - 1.0)
     split = 1.0 + 0.8 * (_SPLIT[dimension] - 1.0)
-    relocate_first = (_settle(), *_rounds(stop, low, low, split))
-    swap_first = (Sequence((Swap(), Relax())), _settle(), *_rounds(stop, low, low, split))
+    relocate_first: tuple[Stage, ...] = (_settle(), *_rounds(stop, low, low, split))
+    swap_first: tuple[Stage, ...] = (
+        Sequence((Swap(), Relax())),
+        _settle(),
+        *_rounds(stop, low, low, split),
+    )
     return _audited(Either((relocate_first, swap_first)))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -168,7 +169,9 @@ class Workspace:
         """An independent copy, with working space of its own."""
         twin = object.__new__(Workspace)
         twin._source = self._source
-        arrays = {k: v.copy() for k, v in self.mesh._asdict().items() if isinstance(v, np.ndarray)}
+        arrays: dict[str, Any] = {
+            k: v.copy() for k, v in self.mesh._asdict().items() if isinstance(v, np.ndarray)
+        }
         twin.mesh = self.mesh._replace(**arrays)
         twin.scratch = _new_scratch(len(self.mesh.cells), len(self.mesh.points))
         return twin
@@ -177,7 +180,9 @@ class Workspace:
         """Make room for more cells."""
         capacity = int(ROOM * len(self.mesh.cells)) + 64
         per_cell = ("cells", "neighbours", "quality", "region", "alive", "free")
-        larger = {name: _extended(getattr(self.mesh, name), capacity, 0) for name in per_cell}
+        larger: dict[str, Any] = {
+            name: _extended(getattr(self.mesh, name), capacity, 0) for name in per_cell
+        }
         self.mesh = self.mesh._replace(**larger)
         self.scratch = _new_scratch(capacity, len(self.mesh.points))
 
@@ -187,7 +192,9 @@ class Workspace:
         if n_points <= old:
             return
         fills = {"points": 0.0, "vertex_cell": -1, "fixed": True, "vertex_clock": 0}
-        larger = {n: _extended(getattr(self.mesh, n), n_points, v) for n, v in fills.items()}
+        larger: dict[str, Any] = {
+            n: _extended(getattr(self.mesh, n), n_points, v) for n, v in fills.items()
+        }
         # The keys of required edges count in rows.
         keys = self.mesh.required // old * n_points + self.mesh.required % old
         self.mesh = self.mesh._replace(**larger, required=keys)
