@@ -21,8 +21,3 @@ TET_EDGES = np.array(
 
 # Edges of a triangle: the ends of each, and the vertex opposite.
 TRI_EDGES = np.array([[1, 2, 0], [2, 0, 1], [0, 1, 2]], dtype=np.int64)
-
-# Edges, faces and vertices of every linear cell type, for code that is not a kernel.
-# Facets are turned outwards; corners give, for each vertex, its neighbours along the edges so
-# that the volume they span is positive in a valid cell.
-N_CORNERS = {"triangle": 3, "quad": 4, "tetra": 4, "pyramid": 5, "wedge": 6, "hexahedron": 8}
