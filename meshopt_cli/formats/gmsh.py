@@ -7,7 +7,8 @@ The sections are read and written by functions of meshio, but these:
   the last (in 2.2, its inner function leaves node numbers alone);
 - views are read and written here, since meshio takes them for lists of all elements in
   order, and does not write their numbers as numbers in text;
-- entities are written by `entities`, which says why.
+- entities are written by `entities`, which says why;
+- nodes and elements in text are written here, since meshio formats them row by row.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import re
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
-from typing import BinaryIO
+from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 
@@ -26,6 +27,10 @@ from . import entities
 from .bridge import listening
 from .entities import DIM_TAGS, GEOMETRICAL, PHYSICAL
 from .sniff import Encoding, UnreadableError, gmsh_header
+from .text import lines
+
+if TYPE_CHECKING:
+    from meshio import CellBlock
 
 log = logging.getLogger("meshopt")
 
@@ -231,13 +236,19 @@ def write(path: Path, mesh: Mesh, encoding: Encoding) -> None:
         common._write_physical_names(f, mesh.names)
         if old:
             tags[PHYSICAL] = [b.data.get(PHYSICAL, np.zeros(len(b.cells), int)) for b in blocks]
-            _gmsh22._write_nodes(f, points, ".16e", binary)
-            _gmsh22._write_elements(f, cells, tags, binary)
         else:
             dim_tags = mesh.point_data.get(DIM_TAGS, entities.classify(len(points), blocks))
             entities.write(f, points, blocks, dim_tags, binary)
-            _gmsh41._write_nodes(f, points, cells, {DIM_TAGS: dim_tags}, ".16e", binary)
+        if old and binary:
+            _gmsh22._write_nodes(f, points, "", binary)
+            _gmsh22._write_elements(f, cells, tags, binary)
+        elif old:
+            _write_text_22(f, points, cells, tags)
+        elif binary:
+            _gmsh41._write_nodes(f, points, cells, {DIM_TAGS: dim_tags}, "", binary)
             _gmsh41._write_elements(f, cells, tags, binary)
+        else:
+            _write_text_41(f, points, dim_tags, cells, tags)
         for name, values in mesh.point_data.items():
             if name != DIM_TAGS:
                 _write_view(f, "NodeData", name, np.arange(1, len(values) + 1), values, binary)
@@ -247,6 +258,55 @@ def write(path: Path, mesh: Mesh, encoding: Encoding) -> None:
                 rows = np.flatnonzero(np.concatenate(here)) + 1
                 values = np.concatenate([b.data[name] for b in blocks if name in b.data])
                 _write_view(f, "ElementData", name, rows, values, binary)
+
+
+def _write_text_22(
+    f: BinaryIO, points: Array, cells: list[CellBlock], tags: dict[str, list[Array]]
+) -> None:
+    from meshio.gmsh import common
+
+    f.write(f"$Nodes\n{len(points)}\n".encode())
+    f.writelines(lines(np.arange(1, len(points) + 1), points))
+    f.write(f"$EndNodes\n$Elements\n{sum(map(len, cells))}\n".encode())
+    first = 1
+    for block, *of_block in zip(cells, tags[PHYSICAL], tags[GEOMETRICAL], strict=True):
+        rows = common._meshio_to_gmsh_order(block.type, block.data) + 1
+        head = np.tile([cell_types()[block.type], 2], (len(rows), 1))
+        f.writelines(lines(np.arange(first, first + len(rows)), head, *of_block, rows))
+        first += len(rows)
+    f.write(b"$EndElements\n")
+
+
+def _write_text_41(
+    f: BinaryIO,
+    points: Array,
+    dim_tags: Array,
+    cells: list[CellBlock],
+    tags: dict[str, list[Array]],
+) -> None:
+    """Write the nodes entity by entity, then the elements, whose blocks have one entity each."""
+    from meshio.gmsh import common
+
+    n = len(points)
+    order = np.lexsort(dim_tags.T[::-1])
+    starts = np.flatnonzero(np.diff(dim_tags[order], axis=0, prepend=-1).any(axis=1))
+    f.write(f"$Nodes\n{len(starts)} {n} 1 {n}\n".encode())
+    for start, end in pairwise([*starts, n]):
+        nodes = order[start:end]
+        dimension, tag = dim_tags[nodes[0]]
+        f.write(f"{dimension} {tag} 0 {len(nodes)}\n".encode())
+        f.writelines(lines(nodes + 1))
+        f.writelines(lines(points[nodes]))
+    n = sum(map(len, cells))
+    f.write(f"$EndNodes\n$Elements\n{len(cells)} {n} 1 {n}\n".encode())
+    first = 1
+    for block, entity in zip(cells, tags[GEOMETRICAL], strict=True):
+        rows = common._meshio_to_gmsh_order(block.type, block.data) + 1
+        head = f"{block.dim} {entity[0]} {cell_types()[block.type]} {len(rows)}\n"
+        f.write(head.encode())
+        f.writelines(lines(np.arange(first, first + len(rows)), rows))
+        first += len(rows)
+    f.write(b"$EndElements\n")
 
 
 def _write_view(
@@ -262,6 +322,5 @@ def _write_view(
         records["number"], records["value"] = rows, values
         f.write(records.tobytes() + b"\n")
     else:
-        for row, value in zip(rows.tolist(), values.tolist(), strict=True):
-            f.write(f"{row} {' '.join(map(repr, value))}\n".encode())
+        f.writelines(lines(rows, values))
     f.write(f"$End{section}\n".encode())

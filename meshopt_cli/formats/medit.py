@@ -5,8 +5,8 @@ RequiredEdges, or discards. In text it also wants each count on a line of its ow
 versions 1 and 2 only, and in version 1 rounds large references: so the text is set anew
 in version 2.
 
-Text is written by meshio. Binary is written here: meshio has versions 3 and 4 only, so
-that a file would lose its version, and single precision with it.
+Both are written here. Of binary, meshio has versions 3 and 4 only, so that a file would
+lose its version, and single precision with it; text it formats row by row.
 """
 
 from __future__ import annotations
@@ -19,18 +19,27 @@ from pathlib import Path
 import numpy as np
 
 from ..mesh import Array, Block, Mesh
-from .bridge import from_meshio, listening, prepared, to_meshio
+from .bridge import from_meshio, listening, prepared
 from .sniff import Encoding, UnreadableError
+from .text import lines
 
 log = logging.getLogger("meshopt")
 
 REF = "medit:ref"
-# code in binary files of each type of cell
-CODES = {"line": 5, "triangle": 6, "quad": 7, "tetra": 8, "wedge": 9, "hexahedron": 10}
-CODES["pyramid"] = 49
+# section and its code in binary files of each type of cell
+_CELLS = {
+    "line": ("Edges", 5),
+    "triangle": ("Triangles", 6),
+    "quad": ("Quadrilaterals", 7),
+    "tetra": ("Tetrahedra", 8),
+    "wedge": ("Prisms", 9),
+    "hexahedron": ("Hexahedra", 10),
+    "pyramid": ("Pyramids", 49),
+}
+NAMES = {cell_type: name for cell_type, (name, _) in _CELLS.items()}
+CODES = {cell_type: code for cell_type, (_, code) in _CELLS.items()}
 _DIMENSION, _VERTICES, _END = 3, 4, 54
-_SECTIONS = ["Vertices", "Edges", "Triangles", "Quadrilaterals", "Tetrahedra", "Prisms", "Pyramids"]
-_SECTIONS += ["Hexahedra", "Hexaedra"]  # as some programs spell it
+_SECTIONS = ["Vertices", *NAMES.values(), "Hexaedra"]  # as some programs spell it
 _VERSION = b"MeshVersionFormatted"
 _ONE_OF = {_VERSION: (b"1", b"2", b"3", b"4"), b"Dimension": (b"2", b"3")}
 _KEYWORD = re.compile(rb"[A-Z][A-Za-z]{2,}\w*")
@@ -106,18 +115,10 @@ def _plain_binary(data: bytes) -> tuple[bytes, list[str]]:
 
 def write(path: Path, mesh: Mesh, encoding: Encoding) -> None:
     """Write a mesh, whose blocks have types out of `CODES`, with "medit:ref" if it is there."""
-    from meshio.medit import _medit
-
     refs = mesh.point_data.get(REF, np.zeros(len(mesh.points), np.int64))
     whole = Mesh(mesh.points, _one_a_type(mesh.blocks), {REF: refs})
     version = 1 if mesh.points.dtype == np.float32 else max(2, int(encoding.version))
-    if encoding.binary:
-        _write_binary(path, whole, version)
-        return
-    with listening(logging.INFO):
-        _medit.write_ascii_file(path, to_meshio(whole))
-    with path.open("rb+") as stream:  # meshio says 1 or 2, which is the same as 3 or 4 in text
-        stream.write(b"%s %d" % (_VERSION, version))
+    (_write_binary if encoding.binary else _write_text)(path, whole, version)
 
 
 def _one_a_type(blocks: list[Block]) -> list[Block]:
@@ -129,6 +130,18 @@ def _one_a_type(blocks: list[Block]) -> list[Block]:
         cells = np.concatenate([block.cells for block in same])
         joined.append(Block(cell_type, cells, {REF: np.concatenate(refs)}))
     return joined
+
+
+def _write_text(path: Path, mesh: Mesh, version: int) -> None:
+    n, dimension = mesh.points.shape
+    with path.open("wb") as stream:
+        stream.write(f"MeshVersionFormatted {version}\nDimension {dimension}\n".encode())
+        stream.write(f"\nVertices\n{n}\n".encode())
+        stream.writelines(lines(mesh.points, mesh.point_data[REF]))
+        for block in mesh.blocks:
+            stream.write(f"\n{NAMES[block.type]}\n{len(block.cells)}\n".encode())
+            stream.writelines(lines(block.cells + 1, block.data[REF]))
+        stream.write(b"\nEnd\n")
 
 
 def _write_binary(path: Path, mesh: Mesh, version: int) -> None:
