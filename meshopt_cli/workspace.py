@@ -23,6 +23,7 @@ from .kernels.types import (
     SimplexMesh,
 )
 from .mesh import Simplices
+from .ordering import hilbert
 
 Array = np.ndarray
 
@@ -57,39 +58,50 @@ class Workspace:
     mesh : SimplexMesh
         Arrays of the kernels. They may be replaced by larger ones: ask for them anew.
     scratch : Scratch
+
+    Parameters
+    ----------
+    in_order : bool
+        Whether vertices and cells keep the rows they have in the source, rather than
+        stand near each other in memory where they are near in space.
     """
 
-    def __init__(self, source: Simplices, measure: int) -> None:
+    def __init__(self, source: Simplices, measure: int, in_order: bool = False) -> None:
         self._source = source
         n_points = len(source.points)
         n_cells, width = source.cells.shape
         capacity = int(ROOM * n_cells) + 64 if width == 4 else n_cells
-        beyond = source.neighbours
-        used = np.unique(source.cells)
-        fixed = source.fixed.copy()
-        fixed[source.skin.ravel()] = True
+        # Row i of the work is point `_origin[i]` of the source.
+        self._origin = np.arange(n_points) if in_order else hilbert(source.points)
+        number = _inverse(self._origin)
+        cells = number[source.cells]
+        cell_order = np.argsort(np.zeros(n_cells) if in_order else cells.min(axis=1), kind="stable")
+        cells = cells[cell_order]
+        beyond = source.neighbours[cell_order]
+        beyond = np.where(beyond < 0, -1, 4 * _inverse(cell_order)[beyond >> 2] + (beyond & 3))
+        points = source.points[self._origin]
+        fixed = source.fixed[self._origin]
+        fixed[number[source.skin]] = True
         required = np.empty(0, np.int64)
         if len(source.edges):
-            fixed[source.edges.ravel()] = True
-            required = np.unique(adjacency.row_keys(source.edges, n_points))
+            fixed[number[source.edges]] = True
+            required = np.unique(adjacency.row_keys(number[source.edges], n_points))
         vertex_cell = np.full(n_points, -1, dtype=np.int64)
         # Written from the last cell to the first: the first cell of each ball stays.
-        vertex_cell[source.cells[::-1].ravel()] = np.repeat(np.arange(n_cells)[::-1], width)
-        vertex_clock = np.zeros(n_points, dtype=np.int64)
-        vertex_clock[used] = 1
+        vertex_cell[cells[::-1].ravel()] = np.repeat(np.arange(n_cells)[::-1], width)
         quality = np.zeros(capacity)
-        measure_cells(measure, source.points, source.cells, quality[:n_cells])
+        measure_cells(measure, points, cells, quality[:n_cells])
         self.mesh = SimplexMesh(
-            points=source.points.copy(),
-            cells=_extended(source.cells, capacity, 0),
+            points=points,
+            cells=_extended(cells, capacity, 0),
             neighbours=_extended(beyond, capacity, -1),
             vertex_cell=vertex_cell,
             quality=quality,
-            region=_extended(source.region, capacity, 0),
+            region=_extended(source.region[cell_order], capacity, 0),
             alive=_extended(np.ones(n_cells, dtype=bool), capacity, False),
             fixed=fixed,
             required=required,
-            vertex_clock=vertex_clock,
+            vertex_clock=(vertex_cell >= 0).astype(np.int64),
             free=np.zeros(capacity, dtype=np.int64),
             state=np.array([n_cells, 0, 1, n_points], dtype=np.int64),
             measure=measure,
@@ -168,7 +180,7 @@ class Workspace:
     def copy(self) -> Workspace:
         """An independent copy, with working space of its own."""
         twin = object.__new__(Workspace)
-        twin._source = self._source
+        twin._source, twin._origin = self._source, self._origin
         arrays: dict[str, Any] = {
             k: v.copy() for k, v in self.mesh._asdict().items() if isinstance(v, np.ndarray)
         }
@@ -210,28 +222,32 @@ class Workspace:
             The point of the input that each point was, -1 for a new one. Points that no cell
             used stay.
         """
-        rows = self.living()
+        n_before = len(self._source.points)
+        unused = np.ones(len(self.mesh.points), dtype=bool)
+        unused[n_before:] = False
+        unused[_inverse(self._origin)[self._source.cells]] = False
+        rows = np.flatnonzero(unused | (self.mesh.vertex_cell >= 0))
+        # The points of the input in their order, then the new ones.
+        origin = np.full(len(rows), -1)
+        origin[rows < n_before] = self._origin[rows[rows < n_before]]
+        order = np.argsort(np.where(origin < 0, n_before, origin), kind="stable")
+        rows, origin = rows[order], origin[order]
+        number = np.full(len(self.mesh.points), -1)
+        number[rows] = np.arange(len(rows))
         # Cells in order of region, then of their first vertex: stable, and near in memory.
-        cells = self.mesh.cells[rows]
-        region = self.mesh.region[rows]
+        living = self.living()
+        cells, region = number[self.mesh.cells[living]], self.mesh.region[living]
         order = np.lexsort((cells.min(axis=1), region))
         cells, region = cells[order], region[order]
-        n_before = len(self._source.points)
-        unused = np.zeros(len(self.mesh.points), dtype=bool)
-        unused[:n_before] = True
-        unused[self._source.cells.ravel()] = False
-        kept = unused | (self.mesh.vertex_cell >= 0)
-        rows = np.flatnonzero(kept)
-        origin = np.where(rows < n_before, rows, -1)
-        number = np.cumsum(kept) - 1
+        number_of = number[_inverse(self._origin)]
         worked = replace(
             self._source,
             points=self.mesh.points[rows],
-            cells=number[cells],
+            cells=cells,
             region=region,
             fixed=self._source.fixed[origin] & (origin >= 0),
-            facets=number[self._source.facets],
-            edges=number[self._source.edges],
+            facets=number_of[self._source.facets],
+            edges=number_of[self._source.edges],
         )
         return worked, origin
 
@@ -239,6 +255,13 @@ class Workspace:
         """The order in pieces, between which progress is shown and interrupts act."""
         for start in range(0, len(order), size):
             yield order[start : start + size]
+
+
+def _inverse(order: Array) -> Array:
+    """Where each row went."""
+    number = np.empty_like(order)
+    number[order] = np.arange(len(order))
+    return number
 
 
 def _extended(array: Array, capacity: int, fill: float) -> Array:

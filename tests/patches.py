@@ -37,7 +37,7 @@ def sample(name: str) -> Simplices:
 def workspace(patch: Mesh | Simplices, measure: str = "aspect-ratio") -> Workspace:
     """A patch as the kernels see it."""
     source = cast(patch) if isinstance(patch, Mesh) else patch
-    return Workspace(source, MEASURES[measure].code)
+    return Workspace(source, MEASURES[measure].code, in_order=True)
 
 
 def volumes(points: np.ndarray, cells: np.ndarray) -> np.ndarray:

@@ -80,6 +80,21 @@ def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     )(function)
 
 
+def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a kernel into each of its callers: for formulas, and for the innermost loops.
+
+    A call passes every array of the mesh field by field, which costs more than such a
+    function does.
+    """
+    return numba.njit(
+        nogil=True,
+        error_model="numpy",
+        no_cpython_wrapper=True,
+        no_cfunc_wrapper=True,
+        forceinline=True,
+    )(function)
+
+
 def entry(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a kernel that Python calls, and keep it under `CACHE_FOLDER`."""
     outer = numba.config.CACHE_DIR

@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-from ._jit import kernel
+from ._jit import inlined
 
 STRICT, RATIO, FLOOR, VALID = range(4)
 
-# Least gain, as a part of the worst q: taking less would keep rounds going for ever.
-GAIN = 1e-3
+# Least gain of a change, as a part of the worst q: taking less would keep rounds going for ever.
+GAIN = 5e-3
 
 # A cell with less q than this is flat but for rounding: no rule lets one be made.
 FLAT = 1e-8
 
 
-@kernel
+@inlined
 def gained(before):
     """The least worst q that counts as a gain over `before`."""
     return before + GAIN * abs(before)
 
 
-@kernel
+@inlined
 def threshold(rule, floor, before):
     """The worst q that a patch must exceed to be accepted.
 
@@ -42,7 +42,7 @@ def threshold(rule, floor, before):
     return FLAT
 
 
-@kernel
+@inlined
 def is_accepted(rule, floor, before, after):
     """Whether the worst q of a patch may go from `before` to `after`.
 

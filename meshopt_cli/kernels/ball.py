@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 
-from ._jit import entry, kernel
+from ._jit import entry, inlined, kernel
 from .geometry import at, square_distance
 from .measures import tet_quality, tri_quality
 from .tables import TET_FACETS, TRI_FACETS
 from .types import CLOCK, MAX_BALL, N_CELLS
 
 
-@kernel
+@inlined
 def local_index(cells, cell, vertex):
     """Local number of a vertex in a cell, -1 when the cell does not have it."""
     for k in range(cells.shape[1]):
@@ -20,14 +20,14 @@ def local_index(cells, cell, vertex):
     return -1
 
 
-@kernel
+@inlined
 def next_stamp(scratch):
     """Clear all marks of the working space at once."""
     scratch.stamp[0] += 1
     return scratch.stamp[0]
 
 
-@kernel
+@inlined
 def gather_ball(mesh, vertex, ball, scratch):
     """Collect the handles of the cells around a vertex.
 
@@ -76,7 +76,7 @@ def gather_ball(mesh, vertex, ball, scratch):
     return n, closed
 
 
-@kernel
+@inlined
 def quality_at(mesh, handle, p):
     """q of a cell with its vertex `handle & 3` put at p."""
     cell = handle >> 2
@@ -97,7 +97,7 @@ def quality_at(mesh, handle, p):
     )
 
 
-@kernel
+@inlined
 def worst_of(mesh, ball, n):
     """Worst q of the cells of a ball, as stored."""
     worst = math.inf
@@ -119,7 +119,7 @@ def longest_edge_at(mesh, ball, n, p):
     return math.sqrt(longest)
 
 
-@kernel
+@inlined
 def touch(mesh, cell):
     """Note that something around the vertices of a cell changed in the current sweep."""
     clock = mesh.state[CLOCK]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ._jit import kernel
+from ._jit import inlined, kernel
 
 SQRT3 = math.sqrt(3.0)
 # Height of the regular simplex over a facet of unit mean edge.
@@ -21,51 +21,51 @@ class Vec(NamedTuple):
     z: float
 
 
-@kernel
+@inlined
 def at(points, i):
     """Point i of an (n, 3) array."""
     return Vec(points[i, 0], points[i, 1], points[i, 2])
 
 
-@kernel
+@inlined
 def minus(a, b):
     return Vec(a.x - b.x, a.y - b.y, a.z - b.z)
 
 
-@kernel
+@inlined
 def toward(a, b, t):
     """The point a + t (b - a)."""
     return Vec(a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.z + t * (b.z - a.z))
 
 
-@kernel
+@inlined
 def along(a, d, t):
     """The point a + t d."""
     return Vec(a.x + t * d.x, a.y + t * d.y, a.z + t * d.z)
 
 
-@kernel
+@inlined
 def dot(a, b):
     return a.x * b.x + a.y * b.y + a.z * b.z
 
 
-@kernel
+@inlined
 def cross(a, b):
     return Vec(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
 
 
-@kernel
+@inlined
 def norm(a):
     return math.sqrt(dot(a, a))
 
 
-@kernel
+@inlined
 def square_distance(a, b):
     d = minus(a, b)
     return dot(d, d)
 
 
-@kernel
+@inlined
 def distance(a, b):
     return math.sqrt(square_distance(a, b))
 
@@ -92,7 +92,7 @@ def tri_ideal_point(a, b):
     )
 
 
-@kernel
+@inlined
 def tet_ideal_point(a, b, c):
     """Apex over the centroid of a triangle, as high as a regular tet of its mean edge.
 

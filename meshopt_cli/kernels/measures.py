@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from ._jit import entry, kernel
+from ._jit import entry, inlined, kernel
 from .geometry import SQRT3, Vec, along, at, cross, distance, dot, minus, norm, square_distance
 
 (
@@ -36,7 +36,7 @@ SQRT2 = math.sqrt(2.0)
 SQRT6 = math.sqrt(6.0)
 
 
-@kernel
+@inlined
 def ratio(numerator, denominator):
     """The quotient, and 0 for a cell shrunk to a point or a line."""
     return numerator / denominator if denominator > 0.0 else 0.0
@@ -59,7 +59,7 @@ def signed(value, volume):
 # Tetrahedra -----------------------------------------------------------------------------
 
 
-@kernel
+@inlined
 def tet_aspect_ratio(a, b, c, d):
     """V / (alpha_3 h_max S), the inverse of (18.7)."""
     ab = minus(b, a)
@@ -205,7 +205,7 @@ def tet_other_quality(measure, a, b, c, d):
     return signed(h_min / h_max, volume)  # EDGE_RATIO
 
 
-@kernel
+@inlined
 def tet_quality(measure, a, b, c, d):
     """q of a tetrahedron by the measure with this code."""
     if measure == ASPECT_RATIO:

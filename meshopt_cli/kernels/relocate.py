@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._jit import entry, kernel
+from ._jit import entry, inlined, kernel
 from .accept import gained, is_accepted, threshold
 from .ball import gather_ball, longest_edge_at, next_stamp, quality_at, touch, worst_of
 from .geometry import (
@@ -43,6 +43,7 @@ MAX_STEPS = 20
 ACTIVE = 0.02  # cells whose q is within this of the worst steer the direction
 HULL_STEPS = 24
 PROBE = 1e-6  # of the size of the ball: the step of difference quotients
+STEP_GAIN = 1e-3  # least gain of a step, as a part of the worst q
 SHORTEST = 1e-4  # of the size of the ball: a shorter step ends the search
 
 
@@ -66,13 +67,13 @@ class RelocationPlan(NamedTuple):
     worst: float
 
 
-@kernel
+@inlined
 def single(x):
     """The number rounded to single precision."""
     return np.float64(np.float32(x))
 
 
-@kernel
+@inlined
 def rounded(mesh, p):
     """The point as it will be stored."""
     if mesh.single:
@@ -80,7 +81,7 @@ def rounded(mesh, p):
     return p
 
 
-@kernel
+@inlined
 def ideal_point(mesh, handle):
     """The point that makes the best cell with the facet opposite a vertex (18.24)."""
     cell = handle >> 2
@@ -121,7 +122,7 @@ def neighbour_mean(mesh, vertex, ball, n, weighted, scratch):
     return Vec(x / total, y / total, z / total)
 
 
-@kernel
+@inlined
 def ideal_mean(mesh, ball, n, weight):
     """Weighted mean of the ideal points of the ball (18.24)."""
     total = 0.0
@@ -147,7 +148,7 @@ def ideal_mean(mesh, ball, n, weight):
     return Vec(x / total, y / total, z / total)
 
 
-@kernel
+@inlined
 def worst_at(mesh, ball, n, p, stop):
     """Worst q of a ball with its vertex at p; gives up at the first cell at or below `stop`."""
     worst = math.inf
@@ -227,7 +228,7 @@ def climb(mesh, ball, n, p, worst, size, scratch):
         while step > SHORTEST * size:
             q = rounded(mesh, along(p, d, step / length))
             after = worst_at(mesh, ball, n, q, worst)
-            if after > gained(worst):
+            if after > worst + STEP_GAIN * abs(worst):
                 # A longer stride may do better still.
                 p = q
                 worst = after
