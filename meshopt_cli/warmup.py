@@ -48,27 +48,33 @@ def one_tet() -> Workspace:
     )
 
 
-def compile_swaps(work: Workspace) -> None:
-    how = Swap(0, 0.0, False)
-    counts = np.zeros(N_VERDICTS, dtype=np.int64)
+def compile_swap(work: Workspace) -> None:
+    sweep_swap(work.mesh, NOTHING, Swap(0, 0.0, False), work.scratch, no_counts())
+
+
+def compile_relax(work: Workspace) -> None:
     degree = np.zeros(4)
-    sweep_swap(work.mesh, NOTHING, how, work.scratch, counts)
-    sweep_relax(work.mesh, NOTHING, how, degree, degree, work.scratch, counts)
-    sweep_flip(work.mesh, NOTHING, how, work.scratch, counts)
+    how = Swap(0, 0.0, False)
+    sweep_relax(work.mesh, NOTHING, how, degree, degree, work.scratch, no_counts())
 
 
 def compile_relocation(work: Workspace) -> None:
     how = relocate.Relocation(0, 0, 0.0, 0, 0.0, 0.0)
-    counts = np.zeros(N_VERDICTS, dtype=np.int64)
-    relocate.sweep_relocation(work.mesh, NOTHING, how, work.scratch, counts)
-    wanted = Collapse(0, 0.0, 0.0, False)
-    sweep_collapse(work.mesh, NOTHING, NOTHING, wanted, work.scratch, counts)
+    relocate.sweep_relocation(work.mesh, NOTHING, how, work.scratch, no_counts())
+
+
+def compile_collapse(work: Workspace) -> None:
+    how = Collapse(0, 0.0, 0.0, False)
+    sweep_collapse(work.mesh, NOTHING, NOTHING, how, work.scratch, no_counts())
+
+
+def compile_split(work: Workspace) -> None:
+    sweep_split(work.mesh, NOTHING, 0, 0.0, work.scratch, no_counts())
 
 
 def compile_rest(work: Workspace) -> None:
     mesh = work.mesh
-    counts = np.zeros(N_VERDICTS, dtype=np.int64)
-    sweep_split(mesh, NOTHING, 0, 0.0, work.scratch, counts)
+    sweep_flip(mesh, NOTHING, Swap(0, 0.0, False), work.scratch, no_counts())
     work.changed_vertices(0, 1.0)
     audit(mesh)
     faces = mesh.cells[:1, :3]
@@ -78,19 +84,38 @@ def compile_rest(work: Workspace) -> None:
     measures.angle_sums(mesh.points, mesh.cells[:1], np.zeros(4))
 
 
-# Of about the same length each.
-TASKS: tuple[Callable[[Workspace], None], ...] = (compile_relocation, compile_swaps, compile_rest)
+def no_counts() -> np.ndarray:
+    return np.zeros(N_VERDICTS, dtype=np.int64)
 
 
-def compile_share(share: int, n_shares: int) -> None:
-    """Compile every `n_shares`-th group of kernels, from number `share` on."""
+# What each takes, in any unit; the longest first.
+TASKS: dict[Callable[[Workspace], None], float] = {
+    compile_split: 8,
+    compile_relocation: 7,
+    compile_swap: 6,
+    compile_collapse: 5,
+    compile_relax: 4,
+    compile_rest: 3,
+}
+
+
+def share_of(number: int, n_shares: int) -> list[Callable[[Workspace], None]]:
+    """The tasks of one process: each goes to the process that has the least to do."""
+    shares: list[list[Callable[[Workspace], None]]] = [[] for _ in range(n_shares)]
+    for task in TASKS:
+        min(shares, key=lambda tasks: sum(TASKS[t] for t in tasks)).append(task)
+    return shares[number]
+
+
+def compile_share(number: int, n_shares: int) -> None:
+    """Compile what falls to one of so many processes."""
     work = one_tet()
-    for task in TASKS[share::n_shares]:
+    for task in share_of(number, n_shares):
         task(work)
 
 
 def compile_all() -> None:
-    """Fill the cache, on as many cores as there are groups of kernels.
+    """Fill the cache, on as many cores as there are.
 
     A process that fails is no harm: what it did not compile is compiled when it is needed.
     """
