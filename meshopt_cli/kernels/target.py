@@ -10,7 +10,8 @@ from .measures import tet_quality
 
 N_HEIGHTS = 24
 N_DIRECTIONS = 26
-SHORTEST = 1e-7  # of the longest edge: a shorter step ends the search
+N_TURNS = 8  # of the pattern, none of which finds better, before it shrinks
+SHORTEST = 1e-5  # of the longest edge: a shorter step ends the search
 
 
 @kernel
@@ -93,7 +94,7 @@ def best_over_face(measure, points, i, j, k):
             failures = 0
         else:
             failures += 1
-            if failures == 3:
-                step *= 0.5
+            if failures == N_TURNS:
+                step *= 0.7
                 failures = 0
     return best
