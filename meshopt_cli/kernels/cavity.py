@@ -5,6 +5,7 @@ from __future__ import annotations
 from ._jit import kernel
 from .ball import next_stamp, quality_at, touch
 from .geometry import at
+from .journal import keep
 from .tables import TET_FACETS, TRI_FACETS
 from .types import N_CELLS, N_FREE
 
@@ -18,7 +19,7 @@ def has_room(mesh, n_more):
 
 
 @kernel
-def new_cell(mesh):
+def new_cell(mesh, scratch):
     """A row for a new cell: the last one that died, or the next one never used."""
     if mesh.state[N_FREE] > 0:
         mesh.state[N_FREE] -= 1
@@ -26,6 +27,7 @@ def new_cell(mesh):
     else:
         cell = mesh.state[N_CELLS]
         mesh.state[N_CELLS] += 1
+    keep(mesh, cell, scratch)
     mesh.alive[cell] = True
     return cell
 
@@ -98,6 +100,7 @@ def replace_cells(mesh, old, n_old, n_new, scratch):
     stamp = next_stamp(scratch)
     region = mesh.region[old[0]]
     for i in range(n_old):
+        keep(mesh, old[i], scratch)
         scratch.cell_mark[old[i]] = stamp
     # The facets of the cavity wait, each with what lies beyond it, for the cell that fills it.
     n = 0
@@ -105,12 +108,14 @@ def replace_cells(mesh, old, n_old, n_new, scratch):
         for k in range(width):
             beyond = mesh.neighbours[old[i], k]
             if beyond < 0 or scratch.cell_mark[beyond >> 2] != stamp:
+                if beyond >= 0:
+                    keep(mesh, beyond >> 2, scratch)
                 _, n = match_cell_facet(mesh, old[i], k, beyond, n, scratch)
     # The first of the old rows is used again first.
     for i in range(n_old):
         kill_cell(mesh, old[n_old - 1 - i])
     for i in range(n_new):
-        cell = new_cell(mesh)
+        cell = new_cell(mesh, scratch)
         mesh.region[cell] = region
         for k in range(width):
             mesh.cells[cell, k] = scratch.created[i, k]

@@ -13,6 +13,7 @@ from .accept import is_accepted, threshold
 from .ball import gather_ball, local_index, longest_edge_at, next_stamp, quality_at, touch, worst_of
 from .cavity import kill_cell, link
 from .geometry import Vec, at, toward
+from .journal import keep
 from .relocate import rounded
 from .tables import TET_EDGES, TRI_EDGES
 from .types import APPLIED, CLOCK, FIXED, INVALID, NOT_BETTER, NOT_LEGAL, TOO_LARGE, TOO_LONG
@@ -151,6 +152,10 @@ def simulate_midpoint_collapse(mesh, vertex, onto, how, scratch):
 def apply_collapse(mesh, plan, scratch):
     """Carry out a simulated collapse."""
     d1 = mesh.cells.shape[1]
+    for i in range(plan.n):
+        keep(mesh, scratch.ball[i] >> 2, scratch)
+    for i in range(plan.n_other):
+        keep(mesh, scratch.other[i] >> 2, scratch)
     if plan.n_other > 0:
         mesh.points[plan.onto, 0] = plan.position.x
         mesh.points[plan.onto, 1] = plan.position.y
@@ -163,6 +168,10 @@ def apply_collapse(mesh, plan, scratch):
             continue
         one = mesh.neighbours[cell, scratch.ball[i] & 3]
         other = mesh.neighbours[cell, there]
+        if one >= 0:
+            keep(mesh, one >> 2, scratch)
+        if other >= 0:
+            keep(mesh, other >> 2, scratch)
         link(mesh, one, other)
         for k in range(d1):
             mesh.vertex_clock[mesh.cells[cell, k]] = mesh.state[CLOCK]

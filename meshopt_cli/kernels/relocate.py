@@ -27,6 +27,7 @@ from .geometry import (
     toward,
     tri_ideal_point,
 )
+from .journal import keep
 from .tables import TET_FACETS, TRI_FACETS
 from .types import APPLIED, FIXED, INVALID, NOT_BETTER, TOO_LARGE
 
@@ -283,6 +284,8 @@ def simulate_relocation(mesh, vertex, how, scratch):
 @kernel
 def apply_relocation(mesh, vertex, plan, scratch):
     """Carry out a simulated relocation."""
+    for i in range(plan.n):
+        keep(mesh, scratch.ball[i] >> 2, scratch)
     mesh.points[vertex, 0] = plan.position.x
     mesh.points[vertex, 1] = plan.position.y
     mesh.points[vertex, 2] = plan.position.z

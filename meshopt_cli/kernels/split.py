@@ -15,6 +15,7 @@ from ._jit import entry, kernel
 from .ball import longest_edge_at, next_stamp, quality_at
 from .cavity import has_room, replace_cells
 from .geometry import Vec, at, toward
+from .journal import keep_vertex
 from .relocate import climb, rounded
 from .shell import is_required
 from .tables import TET_EDGES, TET_FACETS, TRI_EDGES, TRI_FACETS
@@ -236,6 +237,7 @@ def apply_insertion(mesh, plan, scratch):
     width = mesh.cells.shape[1]
     vertex = mesh.state[N_POINTS]
     mesh.state[N_POINTS] += 1
+    keep_vertex(mesh, vertex, scratch)
     mesh.points[vertex, 0] = plan.position.x
     mesh.points[vertex, 1] = plan.position.y
     mesh.points[vertex, 2] = plan.position.z

@@ -10,6 +10,7 @@ import numpy as np
 MAX_BALL = 512  # cells around a vertex
 MAX_SHELL = 24  # cells around an edge
 MAX_CREATED = 128  # cells that one operator makes
+MAX_KEPT = 4096  # cells that a composite operation changes
 
 
 class Verdict(IntEnum):
@@ -42,6 +43,13 @@ CLOCK = 2  # number of the current sweep
 N_POINTS = 3  # rows [0, n) of the vertex arrays in use
 
 
+# Places in Journal.state.
+J_ACTIVE = 0  # 1 while the journal is open
+J_STAMP = 1  # marks equal to it are set
+J_CELLS = 2  # number of rows kept
+J_VERTICES = 3
+
+
 class SimplexMesh(NamedTuple):
     """A mesh of triangles (d = 2, with z = 0) or tetrahedra (d = 3) as the kernels see it.
 
@@ -65,6 +73,23 @@ class SimplexMesh(NamedTuple):
     single: bool  # points are stored in single precision
 
 
+class Journal(NamedTuple):
+    """What a composite operation changed, as it was before: see `journal`."""
+
+    rows: np.ndarray  # (MAX_KEPT,) int64 cells
+    cells: np.ndarray  # (MAX_KEPT, d + 1) int64, and the other fields of those rows
+    neighbours: np.ndarray
+    quality: np.ndarray
+    region: np.ndarray
+    alive: np.ndarray
+    vertices: np.ndarray  # (4 * MAX_KEPT, 3) int64: vertex, vertex_cell, vertex_clock
+    points: np.ndarray  # (4 * MAX_KEPT, 3) float64
+    cell_mark: np.ndarray  # (capacity,) int64
+    vertex_mark: np.ndarray  # (np,) int64
+    mesh_state: np.ndarray  # (4,) int64
+    state: np.ndarray  # (4,) int64: J_ACTIVE, J_STAMP, J_CELLS, J_VERTICES
+
+
 class Scratch(NamedTuple):
     """Working space of the operators; its contents mean nothing between two calls."""
 
@@ -82,3 +107,4 @@ class Scratch(NamedTuple):
     cell_mark: np.ndarray  # (capacity,) int64
     vertex_mark: np.ndarray  # (np,) int64
     stamp: np.ndarray  # (1,) int64: marks equal to it are set
+    journal: Journal

@@ -5,11 +5,14 @@ from __future__ import annotations
 from .base import Observer, Operator, Pass, Silent, Tally
 from .check import Check
 from .collapse import Collapse
+from .mend import Mend
 from .relax import Relax
 from .smooth import Smooth
 from .split import Split
 from .swap import Swap
 
-PASSES: dict[str, type[Pass]] = {p.name: p for p in (Check, Smooth, Swap, Collapse, Relax, Split)}
+PASSES: dict[str, type[Pass]] = {
+    p.name: p for p in (Check, Smooth, Swap, Collapse, Relax, Split, Mend)
+}
 
 __all__ = ["PASSES", "Observer", "Operator", "Pass", "Silent", "Tally"]

@@ -1,0 +1,148 @@
+"""A journal of what operators change, so that several of them in a row can be undone.
+
+While it is open, every operator calls `keep` for a cell before it changes anything of that cell:
+its vertices, its neighbours or the place of a vertex. A composite operation opens it, applies
+operators, compares the worst q of what changed before and after, and closes it or rolls back.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ._jit import kernel
+from .types import (
+    J_ACTIVE,
+    J_CELLS,
+    J_STAMP,
+    J_VERTICES,
+    MAX_KEPT,
+    N_CELLS,
+    N_FREE,
+    N_POINTS,
+)
+
+# One operator keeps at most so many more cells.
+MARGIN = 1024
+
+
+@kernel
+def open_journal(mesh, scratch):
+    """Start to remember."""
+    journal = scratch.journal
+    journal.state[J_ACTIVE] = 1
+    journal.state[J_STAMP] += 1
+    journal.state[J_CELLS] = 0
+    journal.state[J_VERTICES] = 0
+    for k in range(mesh.state.shape[0]):
+        journal.mesh_state[k] = mesh.state[k]
+
+
+@kernel
+def close_journal(scratch):
+    """Stop remembering: what was done stays."""
+    scratch.journal.state[J_ACTIVE] = 0
+
+
+@kernel
+def has_pages(scratch):
+    """Whether the journal can take one more operator."""
+    return scratch.journal.state[J_CELLS] + MARGIN < MAX_KEPT
+
+
+@kernel
+def keep_vertex(mesh, vertex, scratch):
+    """Remember a vertex before its first change."""
+    journal = scratch.journal
+    if journal.state[J_ACTIVE] == 0 or journal.vertex_mark[vertex] == journal.state[J_STAMP]:
+        return
+    journal.vertex_mark[vertex] = journal.state[J_STAMP]
+    i = journal.state[J_VERTICES]
+    journal.state[J_VERTICES] += 1
+    journal.vertices[i, 0] = vertex
+    journal.vertices[i, 1] = mesh.vertex_cell[vertex]
+    journal.vertices[i, 2] = mesh.vertex_clock[vertex]
+    for k in range(3):
+        journal.points[i, k] = mesh.points[vertex, k]
+
+
+@kernel
+def keep(mesh, cell, scratch):
+    """Remember a row of the cells, alive or not, and its vertices before their first change."""
+    journal = scratch.journal
+    if journal.state[J_ACTIVE] == 0 or journal.cell_mark[cell] == journal.state[J_STAMP]:
+        return
+    journal.cell_mark[cell] = journal.state[J_STAMP]
+    i = journal.state[J_CELLS]
+    journal.state[J_CELLS] += 1
+    journal.rows[i] = cell
+    journal.quality[i] = mesh.quality[cell]
+    journal.alive[i] = mesh.alive[cell]
+    journal.region[i] = mesh.region[cell]
+    for k in range(mesh.cells.shape[1]):
+        journal.cells[i, k] = mesh.cells[cell, k]
+        journal.neighbours[i, k] = mesh.neighbours[cell, k]
+        keep_vertex(mesh, mesh.cells[cell, k], scratch)
+
+
+@kernel
+def roll_back(mesh, scratch):
+    """Undo all changes since the journal was opened, and close it."""
+    journal = scratch.journal
+    for i in range(journal.state[J_CELLS]):
+        cell = journal.rows[i]
+        mesh.quality[cell] = journal.quality[i]
+        mesh.alive[cell] = journal.alive[i]
+        mesh.region[cell] = journal.region[i]
+        for k in range(mesh.cells.shape[1]):
+            mesh.cells[cell, k] = journal.cells[i, k]
+            mesh.neighbours[cell, k] = journal.neighbours[i, k]
+    for i in range(journal.state[J_VERTICES]):
+        vertex = journal.vertices[i, 0]
+        mesh.vertex_cell[vertex] = journal.vertices[i, 1]
+        mesh.vertex_clock[vertex] = journal.vertices[i, 2]
+        for k in range(3):
+            mesh.points[vertex, k] = journal.points[i, k]
+    for k in (N_CELLS, N_FREE, N_POINTS):
+        mesh.state[k] = journal.mesh_state[k]
+    # The rows that were taken off the stack of dead cells go back there.
+    top = mesh.state[N_FREE]
+    for i in range(journal.state[J_CELLS]):
+        if not journal.alive[i] and journal.rows[i] < mesh.state[N_CELLS]:
+            top -= 1
+            mesh.free[top] = journal.rows[i]
+    close_journal(scratch)
+
+
+@kernel
+def changed(mesh, scratch, i):
+    """Whether the i-th kept cell is another one now, or gone."""
+    journal = scratch.journal
+    cell = journal.rows[i]
+    if mesh.alive[cell] != journal.alive[i]:
+        return True
+    return mesh.alive[cell] and mesh.quality[cell] != journal.quality[i]
+
+
+@kernel
+def worst_before(mesh, scratch):
+    """Worst q that the changed cells had when the journal was opened."""
+    journal = scratch.journal
+    worst = math.inf
+    for i in range(journal.state[J_CELLS]):
+        if journal.alive[i] and changed(mesh, scratch, i):
+            worst = min(worst, journal.quality[i])
+    return worst
+
+
+@kernel
+def worst_after(mesh, scratch):
+    """The worst cell that changed since the journal was opened, and its q; -1 if there is none."""
+    journal = scratch.journal
+    worst = math.inf
+    weakest = -1
+    for i in range(journal.state[J_CELLS]):
+        cell = journal.rows[i]
+        if mesh.alive[cell] and mesh.quality[cell] < worst and changed(mesh, scratch, i):
+            worst = mesh.quality[cell]
+            weakest = cell
+    return weakest, worst
