@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from builders import tet_grid
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
@@ -1007,3 +1008,14 @@ def test_symbolic_links_are_written_through(tmp_path):
         assert link.is_symlink()
         assert list(folder.iterdir()) == [folder / "real.mesh"]
         assert len(read(link)[0].points) == len(POINTS)
+
+
+@pytest.mark.parametrize("suffix", [".mesh", ".meshb", ".msh", ".vtk", ".vtu"])
+def test_a_block_without_cells(tmp_path, suffix):
+    """A file may announce cells of a type and have none of them."""
+    mesh = tet_grid(1)
+    mesh.blocks.append(Block("line", np.empty((0, 2), np.int64)))
+    path = tmp_path / f"mesh{suffix}"
+    write(path, mesh, encoding_for(path))
+    again, _ = read(path)
+    assert sum(len(block.cells) for block in again.blocks) == len(mesh.blocks[0].cells)

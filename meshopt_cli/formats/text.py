@@ -24,7 +24,7 @@ def lines(*columns: Array) -> Iterator[bytes]:
     ------
     Some thousands of lines at a time.
     """
-    tables = [column.reshape(len(column), -1) for column in columns]
+    tables = [column if column.ndim == 2 else column[:, None] for column in columns]
     for start in range(0, len(tables[0]), _CHUNK):
         part = [table[start : start + _CHUNK] for table in tables]
         if all(table.dtype.kind in "iu" for table in part):

@@ -18,6 +18,10 @@ from pathlib import Path
 from typing import Any
 
 import numba
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import PassManager, register_pass
+from numba.core.typed_passes import NativeLowering
 
 
 def _digest() -> str:
@@ -68,16 +72,64 @@ def is_compiled() -> bool:
     return bool(numba.config.DISABLE_JIT) or any(CACHE_FOLDER.rglob("*.nbc"))
 
 
-def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function that only other kernels call.
+class Bitcode(JITCodeLibrary):
+    """The code of a kernel in the form that its callers link, and no other.
 
-    IEEE arithmetic: division by zero gives inf or nan, as in numpy, and there is no
-    fastmath, so that the bits are the same compiled, interpreted and bounds-checked.
-    Without wrappers for Python, compiling takes a third less time.
+    numba turns every function into machine code together with all that it calls, before it
+    compiles the caller. A kernel is called by other kernels only, so that this is never run;
+    without it, compiling takes half the time.
     """
-    return numba.njit(
-        nogil=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True
-    )(function)
+
+    def finalize(self) -> None:
+        """Link what the kernel calls; the entry that calls it optimizes everything at once."""
+        self._raise_if_finalized()
+        for library in dict.fromkeys(self._linking_libraries):
+            self._final_module.link_in(library._get_module_for_linking(), preserve=True)
+        self._finalized = True
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class BitcodeLowering(NativeLowering):
+    """Lower a function to `Bitcode`."""
+
+    _name = "bitcode_lowering"
+
+    def run_pass(self, state: Any) -> bool:
+        state.library = Bitcode(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library.enable_object_caching()
+        state.flags.no_compile = True
+        NativeLowering.run_pass(self, state)
+        # Callers find the code by the function that Python would call: any one of its own does.
+        never_called = list[None]().append
+        state.targetctx.insert_user_function(never_called, state.cr.fndesc, [state.library])
+        state.cr = state.cr._replace(cfunc=never_called)
+        return True
+
+
+class KernelCompiler(CompilerBase):
+    """numba's compiler, ending in `Bitcode`."""
+
+    def define_pipelines(self) -> list[PassManager]:
+        usual = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        passes = PassManager("kernel")
+        for step, why in usual.passes:
+            passes.add_pass(BitcodeLowering if step is NativeLowering else step, why)
+        passes.finalize()
+        return [passes]
+
+
+# IEEE arithmetic: division by zero gives inf or nan, as in numpy, and there is no fastmath, so
+# that the bits are the same compiled, interpreted and bounds-checked. No kernel allocates: it
+# needs no reference counts of arrays.
+COMMON: dict[str, Any] = {
+    "nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": False
+}  # fmt: skip
+LINKED = {**COMMON, "no_cpython_wrapper": True, "pipeline_class": KernelCompiler}
+
+
+def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a function that only other kernels call."""
+    return numba.njit(**LINKED)(function)
 
 
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -86,13 +138,7 @@ def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
     A call passes every array of the mesh field by field, which costs more than such a
     function does.
     """
-    return numba.njit(
-        nogil=True,
-        error_model="numpy",
-        no_cpython_wrapper=True,
-        no_cfunc_wrapper=True,
-        forceinline=True,
-    )(function)
+    return numba.njit(**LINKED, forceinline=True)(function)
 
 
 def entry(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -100,8 +146,6 @@ def entry(function: Callable[..., Any]) -> Callable[..., Any]:
     outer = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(CACHE_FOLDER)
     try:
-        return numba.njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)(
-            function
-        )
+        return numba.njit(**COMMON, cache=True)(function)
     finally:
         numba.config.CACHE_DIR = outer

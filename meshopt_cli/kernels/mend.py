@@ -25,14 +25,21 @@ from .journal import (
     worst_after,
     worst_before,
 )
-from .relocate import DEGRADATION, OPTIMIZE, Relocation, apply_relocation, simulate_relocation
+from .relocate import (
+    DEGRADATION,
+    OPTIMIZE,
+    Relocation,
+    apply_relocation,
+    rounded,
+    simulate_relocation,
+)
 from .shell_swap import (
     apply_swap,
     simulate_edge_swap,
 )
 from .split import Insertion, apply_insertion, grow_cavity, is_legal_cavity, starting_point
 from .tables import TET_EDGES
-from .types import APPLIED, FULL, N_POINTS, NOT_BETTER
+from .types import APPLIED, FULL, N_POINTS, NOT_BETTER, NOT_LEGAL
 
 
 class Remedy(IntEnum):
@@ -50,6 +57,7 @@ RELOCATE, REMOVE_EDGE, REMOVE_FACES, COLLAPSE, INSERT = (int(r) for r in list(Re
 # Number of first changes of each remedy.
 WAYS = (0, 1, 6, 4, 12, 7)
 
+N_TRIALS = 2  # of the ways of a remedy
 N_STEPS = 10  # improvements after the first change
 MAX_GROWTH = 1.5  # of edges, by a collapse
 
@@ -101,45 +109,68 @@ def swap_cell(mesh, cell, scratch):
 
 
 @kernel
-def first_change(mesh, cell, remedy, way, how, scratch):
-    """Apply one way of a remedy to a cell, harm or not.
+def prospect(mesh, cell, remedy, way, how, scratch):
+    """What one way of a remedy makes of a cell at once.
 
     Returns
     -------
     verdict : int
+    worst : float
+        Worst q right after it.
     """
     floor = how.harm * max(mesh.quality[cell], 0.0)
     if remedy == REMOVE_EDGE:
         plan = simulate_edge_swap(mesh, 8 * cell + way, FLOOR, floor, scratch)
-        if plan.verdict == APPLIED:
-            apply_swap(mesh, plan, scratch)
-        return plan.verdict
+        return plan.verdict, plan.worst
     if remedy == REMOVE_FACES:
         plan = simulate_face_removal(mesh, 4 * cell + way, FLOOR, floor, scratch)
-        if plan.verdict == APPLIED:
-            apply_swap(mesh, plan, scratch)
-        return plan.verdict
+        return plan.verdict, plan.worst
     if remedy == COLLAPSE:
-        a = mesh.cells[cell, TET_EDGES[way >> 1, way & 1]]
-        b = mesh.cells[cell, TET_EDGES[way >> 1, 1 - (way & 1)]]
-        wanted = Collapse(FLOOR, floor, MAX_GROWTH, False)
-        move = simulate_collapse(mesh, a, b, wanted, scratch)
-        if move.verdict == APPLIED:
-            apply_collapse(mesh, move, scratch)
-        return move.verdict
+        move = simulate_collapse(mesh, *ends(mesh, cell, way), loose(floor), scratch)
+        return move.verdict, move.worst
     if mesh.state[N_POINTS] >= how.max_points:
-        return NOT_BETTER
-    p = starting_point(mesh, cell, way)
-    n_cells, n_facets, worst, _ = grow_cavity(mesh, cell, p, scratch)
+        return NOT_BETTER, 0.0
+    start = rounded(mesh, starting_point(mesh, cell, way))
+    n_cells, n_facets, worst, _ = grow_cavity(mesh, cell, start, scratch)
     if worst <= floor or n_facets > scratch.created.shape[0]:
-        return NOT_BETTER
+        return NOT_BETTER, worst
     if not is_legal_cavity(mesh, n_cells, n_facets, scratch):
-        return NOT_BETTER
-    if not has_room(mesh, n_facets):
-        return FULL
-    plan = Insertion(APPLIED, n_cells, n_facets, p, worst)
-    climb_vertex(mesh, apply_insertion(mesh, plan, scratch), scratch)
-    return APPLIED
+        return NOT_LEGAL, worst
+    return APPLIED if has_room(mesh, n_facets) else FULL, worst
+
+
+@kernel
+def carry_out(mesh, cell, remedy, way, how, scratch):
+    """Apply one way of a remedy whose prospect was good."""
+    floor = how.harm * max(mesh.quality[cell], 0.0)
+    if remedy == REMOVE_EDGE:
+        plan = simulate_edge_swap(mesh, 8 * cell + way, FLOOR, floor, scratch)
+        apply_swap(mesh, plan, scratch)
+    elif remedy == REMOVE_FACES:
+        plan = simulate_face_removal(mesh, 4 * cell + way, FLOOR, floor, scratch)
+        apply_swap(mesh, plan, scratch)
+    elif remedy == COLLAPSE:
+        move = simulate_collapse(mesh, *ends(mesh, cell, way), loose(floor), scratch)
+        apply_collapse(mesh, move, scratch)
+    else:
+        start = rounded(mesh, starting_point(mesh, cell, way))
+        n_cells, n_facets, worst, _ = grow_cavity(mesh, cell, start, scratch)
+        insertion = Insertion(APPLIED, n_cells, n_facets, start, worst)
+        climb_vertex(mesh, apply_insertion(mesh, insertion, scratch), scratch)
+
+
+@kernel
+def ends(mesh, cell, way):
+    """The vertex that vanishes and the one it goes to, of the 12 collapses of a tet."""
+    a = mesh.cells[cell, TET_EDGES[way >> 1, way & 1]]
+    b = mesh.cells[cell, TET_EDGES[way >> 1, 1 - (way & 1)]]
+    return a, b
+
+
+@kernel
+def loose(floor):
+    """A collapse that may do harm."""
+    return Collapse(FLOOR, floor, MAX_GROWTH, False)
 
 
 @kernel
@@ -162,8 +193,20 @@ def improve(mesh, goal, scratch):
 
 
 @kernel
+def pays(mesh, goal, how, scratch):
+    """Improve on what was done since the journal was opened, and undo it all if it is no gain."""
+    after = improve(mesh, goal, scratch)
+    before = worst_before(mesh, scratch)
+    if after > before + how.gain * abs(before):
+        close_journal(scratch)
+        return True
+    roll_back(mesh, scratch)
+    return False
+
+
+@kernel
 def try_remedy(mesh, cell, remedy, how, scratch):
-    """Try the ways of one remedy until one pays.
+    """Try the most promising ways of one remedy until one pays.
 
     Returns
     -------
@@ -171,23 +214,28 @@ def try_remedy(mesh, cell, remedy, how, scratch):
         APPLIED, FULL, or NOT_BETTER with the mesh as it was.
     """
     goal = mesh.quality[cell] + how.gain * abs(mesh.quality[cell])
-    for way in range(WAYS[remedy]):
+    if remedy == RELOCATE:
         open_journal(mesh, scratch)
-        if remedy == RELOCATE:
-            verdict = APPLIED if climb_cell(mesh, cell, scratch) else NOT_BETTER
-        else:
-            verdict = first_change(mesh, cell, remedy, way, how, scratch)
-        if verdict == APPLIED:
-            after = improve(mesh, goal, scratch)
-            before = worst_before(mesh, scratch)
-            if after > before + how.gain * abs(before):
-                close_journal(scratch)
-                return APPLIED
-            roll_back(mesh, scratch)
-        else:
-            close_journal(scratch)
+        moved = climb_cell(mesh, cell, scratch)
+        return APPLIED if pays(mesh, goal, how, scratch) and moved else NOT_BETTER
+    last = math.inf
+    for _ in range(N_TRIALS):
+        best = -1
+        best_worst = -math.inf
+        for way in range(WAYS[remedy]):
+            verdict, worst = prospect(mesh, cell, remedy, way, how, scratch)
             if verdict == FULL:
                 return FULL
+            if verdict == APPLIED and best_worst < worst < last:
+                best = way
+                best_worst = worst
+        if best < 0:
+            break
+        last = best_worst
+        open_journal(mesh, scratch)
+        carry_out(mesh, cell, remedy, best, how, scratch)
+        if pays(mesh, goal, how, scratch):
+            return APPLIED
     return NOT_BETTER
 
 

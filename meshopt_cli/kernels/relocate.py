@@ -161,17 +161,14 @@ def worst_at(mesh, ball, n, p, stop):
 
 
 @kernel
-def gradient_at(mesh, handle, p, h):
-    """Gradient of the q of a cell with its vertex at p, by central differences of step h."""
-    gx = quality_at(mesh, handle, Vec(p.x + h, p.y, p.z))
-    gx -= quality_at(mesh, handle, Vec(p.x - h, p.y, p.z))
-    gy = quality_at(mesh, handle, Vec(p.x, p.y + h, p.z))
-    gy -= quality_at(mesh, handle, Vec(p.x, p.y - h, p.z))
+def gradient_at(mesh, handle, p, value, h):
+    """Gradient of the q of a cell, `value` with its vertex at p, by differences of step h."""
+    gx = (quality_at(mesh, handle, Vec(p.x + h, p.y, p.z)) - value) / h
+    gy = (quality_at(mesh, handle, Vec(p.x, p.y + h, p.z)) - value) / h
     gz = 0.0
     if mesh.cells.shape[1] == 4:
-        gz = quality_at(mesh, handle, Vec(p.x, p.y, p.z + h))
-        gz -= quality_at(mesh, handle, Vec(p.x, p.y, p.z - h))
-    return Vec(gx / (2.0 * h), gy / (2.0 * h), gz / (2.0 * h))
+        gz = (quality_at(mesh, handle, Vec(p.x, p.y, p.z + h)) - value) / h
+    return Vec(gx, gy, gz)
 
 
 @kernel
@@ -216,7 +213,7 @@ def climb(mesh, ball, n, p, worst, size, scratch):
         n_active = 0
         for i in range(n):
             if values[i] <= worst + ACTIVE:
-                g = gradient_at(mesh, ball[i], p, PROBE * size)
+                g = gradient_at(mesh, ball[i], p, values[i], PROBE * size)
                 scratch.gradients[n_active, 0] = g.x
                 scratch.gradients[n_active, 1] = g.y
                 scratch.gradients[n_active, 2] = g.z

@@ -92,6 +92,7 @@ class Pass:
 
     name: ClassVar[str] = ""
     summary: ClassVar[str] = ""
+    dimensions: ClassVar[tuple[int, ...]] = (2, 3)  # of the meshes it works on
 
     def __post_init__(self) -> None:
         self._since: dict[str, int] = {}

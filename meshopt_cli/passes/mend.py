@@ -7,7 +7,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..errors import UnsupportedMeshError
 from ..kernels.classify import TetType
 from ..kernels.mend import Mending, Remedy, sweep_mend
 from ..kernels.types import N_POINTS
@@ -42,6 +41,8 @@ class Mend(Operator):
     name: ClassVar[str] = "mend"
     summary: ClassVar[str] = "composite operations on the worst tetrahedra, by type (18.5)"
 
+    dimensions: ClassVar[tuple[int, ...]] = (3,)
+
     below: float = option(2.0, "visit only cells whose Q is above this", least=1.0)
     accept: str = option("strict", "the worst Q of what changed must fall", choices=("strict",))
     max_vertices: float = option(1.5, "most vertices, over those of the input", least=1.0, most=4.0)
@@ -53,8 +54,6 @@ class Mend(Operator):
     )
 
     def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
-        if work.dimension != 3:
-            raise UnsupportedMeshError("the pass mend works on tetrahedra only")
         cells, quality = work.changed_cells(self.since(work, "cavities"), self.limit)
         if not len(cells):
             return
