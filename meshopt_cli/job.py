@@ -33,6 +33,9 @@ VOLUME_TOLERANCE = 1e-9
 # Rules that turning cells may mend.
 ORIENTATION = {"M101", "M103", "M207"}
 
+# Rules that a tangle breaks: cells with a negative volume, and those that they lie across.
+TANGLE = {"M101", "M102", "M205", "M207", "M209", "M210"}
+
 
 class InvalidMeshError(BadMeshError):
     """The mesh breaks a rule of severity error; `report` says which and where."""
@@ -80,15 +83,19 @@ def optimize(
     """
     start = time.perf_counter()
     main_type(mesh)
-    mesh = sound(mesh)
+    mesh, tangle = sound(mesh, any(step.name == "untangle" for step in pipeline.passes()))
     source = cast(mesh)
     if lost := untransferred(mesh):
         log.warning("arrays that do not follow the cells are dropped: %s", ", ".join(lost))
     others = tuple(MEASURES.values()) if with_all_measures else ()
     before = summarize(source, measure, others)
-    outcome = pipeline.run(Workspace(source, measure.code), observer)
+    outcome = pipeline.run(Workspace(source, measure.code, before.target), observer)
+    if tangle and outcome.work.standing().worst <= 0.0:
+        raise InvalidMeshError("it could not be untangled: nothing written", mesh, tangle)
     worked, origin = outcome.work.result()
     result = with_simplices(mesh, worked, origin, source)
+    if tangle and not validity.check(result).is_valid:
+        raise InvalidMeshError("untangling leaves it invalid: nothing written", mesh, tangle)
     final = cast(result)
     after = summarize(final, measure, others, before.target)
     if after.n_invalid or after.worst > before.worst * (1 + 1e-6):
@@ -97,23 +104,37 @@ def optimize(
     return Result(result, measure, before, after, outcome, time.perf_counter() - start)
 
 
-def sound(mesh: Mesh) -> Mesh:
+def sound(mesh: Mesh, untangles: bool) -> tuple[Mesh, validity.Report | None]:
     """The mesh, with its tetrahedra turned where that is all it lacks.
+
+    Parameters
+    ----------
+    untangles : bool
+        Whether inverted and flat cells are let through, to be mended.
+
+    Returns
+    -------
+    mesh : Mesh
+    tangle : Report or None
+        What is wrong with it and to be mended.
 
     Raises
     ------
     InvalidMeshError
-        It breaks a rule of severity error, whichever way its cells are turned.
+        It breaks a rule of severity error that neither turning nor untangling mends.
     """
     report = validity.check(mesh)
     if report.is_valid:
-        return mesh
+        return mesh, None
     broken = {group.code for group in report.errors}
     if broken <= ORIENTATION:
         turned, n_turned = with_positive_tets(mesh)
         if n_turned and validity.check(turned).is_valid:
             log.warning("%d cells had the other orientation: they are turned", n_turned)
-            return turned
+            return turned, None
+    if untangles and broken <= TANGLE and broken & {"M101", "M102"}:
+        log.warning("the mesh has inverted or flat cells: they are to be untangled")
+        return mesh, report
     codes = ", ".join(sorted(broken))
     raise InvalidMeshError(f"the mesh is not valid ({codes}): nothing written", mesh, report)
 

@@ -194,9 +194,9 @@ def plan_flip(mesh, handle, rule, floor):
 
 
 @entry
-def do_flip(mesh, plan):
+def do_flip(mesh, plan, scratch):
     """`apply_flip` for Python."""
-    flip.apply_flip(mesh, plan)
+    flip.apply_flip(mesh, plan, scratch)
 
 
 @entry
@@ -271,7 +271,7 @@ def region_volumes(mesh: Simplices) -> np.ndarray:
 
 def assert_whole(work: Workspace) -> None:
     """The mesh passes the audit, its cells are positive, and it knows how good they are."""
-    assert audit(work.mesh) == (WHOLE, -1)
+    assert audit(work.mesh, 0.0) == (WHOLE, -1)
     rows = work.living()
     fresh = Workspace(work.result()[0], work.mesh.measure)
     assert np.all(volumes(work.mesh.points, work.mesh.cells[rows]) > 0)

@@ -100,7 +100,7 @@ def apply_swap(work, _, plan):
 FLIP = Operator(
     facet_handles,
     lambda work, handle, *rule: patches.plan_flip(work.mesh, handle, *rule),
-    lambda work, _, plan: patches.do_flip(work.mesh, plan),
+    lambda work, _, plan: patches.do_flip(work.mesh, plan, work.scratch),
 )
 FACE_SWAP = Operator(
     facet_handles,

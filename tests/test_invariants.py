@@ -241,3 +241,36 @@ def test_any_mesh_and_any_passes(source, data):
         }
         kind(**options).run(work, Silent())
         patches.assert_kept(source, work)
+
+
+# Tangles --------------------------------------------------------------------------------
+
+
+def tangled(grid, amount, seed):
+    """A grid with one inner vertex thrown so far that cells around it are inverted."""
+    source = cast(grid)
+    inner = np.setdiff1d(np.arange(len(grid.points)), source.skin)
+    generator = np.random.default_rng(seed)
+    vertex = generator.choice(inner)
+    grid.points[vertex] += generator.uniform(-amount, amount, grid.points.shape[1])
+    return grid
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@patches.examples(20)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_untangle(dimension, seed):
+    """Inverted cells become positive; the boundary and the volume stay."""
+    grid = tri_grid(4) if dimension == 2 else tet_grid(3)
+    source = cast(tangled(grid, 0.6, seed))
+    work = patches.workspace(source)
+    PASSES["untangle"]().run(work, Silent())
+    assert work.standing().worst > 0.0
+    patches.assert_kept(source, work)
+
+
+def test_untangle_leaves_a_sound_mesh_alone():
+    work = patches.workspace(small("tets"))
+    before = patches.snapshot(work)
+    assert PASSES["untangle"]().run(work, Silent()).visited == 0
+    assert patches.snapshot(work) == before

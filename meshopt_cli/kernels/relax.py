@@ -82,7 +82,7 @@ def relax_face(mesh, cell, local, how, degree, target, scratch):
 
 
 @kernel
-def relax_flip(mesh, cell, local, how, degree, target):
+def relax_flip(mesh, cell, local, how, degree, target, scratch):
     """Flip an edge of a triangle when the degrees gain by it."""
     plan = simulate_flip(mesh, 4 * cell + local, how.rule, how.floor)
     if plan.verdict != APPLIED:
@@ -99,7 +99,7 @@ def relax_flip(mesh, cell, local, how, degree, target):
         degree[c] -= 1
         degree[d] -= 1
         return NOT_BETTER
-    apply_flip(mesh, plan)
+    apply_flip(mesh, plan, scratch)
     return APPLIED
 
 
@@ -120,7 +120,7 @@ def sweep_relax(mesh, order, how, degree, target, scratch, counts):
             continue
         for handle in range(10 if tets else 3):
             if not tets:
-                verdict = relax_flip(mesh, cell, handle, how, degree, target)
+                verdict = relax_flip(mesh, cell, handle, how, degree, target, scratch)
             elif handle < 6:
                 verdict = relax_edge(mesh, cell, handle, how, degree, target, scratch)
             else:

@@ -192,10 +192,10 @@ class Operator(Pass):
         """Run a kernel over the entities in chunks, making room for cells when it is short."""
         observer.start(self.name, len(order))
         for chunk in work.chunks(order):
-            full = tally.counts[Verdict.FULL]
             kernel(chunk)
-            if tally.counts[Verdict.FULL] > full:
+            while tally.counts[Verdict.FULL]:
+                # What found no room is no refusal: it is tried again with more.
+                tally.counts[Verdict.FULL] = 0
                 work.grow()
-                tally.counts[Verdict.FULL] = full
                 kernel(chunk)
             observer.advance(len(chunk))
