@@ -21,9 +21,9 @@ def audit(mesh, least):
     Returns
     -------
     fault : int
-        WHOLE; NOT_POSITIVE: q is not above `least`; NOT_MUTUAL: a neighbour does not lead back or is
-        dead; NOT_SHARED: two neighbours do not have the same facet; NOT_IN_BALL: the cell noted
-        for a vertex does not have it.
+        WHOLE; NOT_POSITIVE: q is not above `least`; NOT_MUTUAL: a neighbour does not lead back
+        or is dead; NOT_SHARED: two neighbours do not have the same facet; NOT_IN_BALL: the cell
+        noted for a vertex does not have it.
     cell : int
         The cell at fault, -1 without.
     """

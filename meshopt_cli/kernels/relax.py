@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from ._jit import entry, kernel
 from .flip import apply_flip, simulate_flip
-from .shell_swap import APPLIED, NOT_VISITED, apply_swap, simulate_edge_swap, simulate_face_swap
+from .shell_swap import APPLIED, NOT_VISITED, apply_swap, simulate_edge_removal, simulate_face_swap
 from .tables import TET_EDGES
 from .types import NOT_BETTER
 
@@ -51,7 +51,7 @@ def change_ring(degree, target, a, b, n, by, scratch):
 @kernel
 def relax_edge(mesh, cell, edge, how, degree, target, scratch):
     """Remove an edge of a tet when the degrees gain by it; returns the verdict."""
-    plan = simulate_edge_swap(mesh, 8 * cell + edge, how.rule, how.floor, scratch)
+    plan = simulate_edge_removal(mesh, 8 * cell + edge, how.rule, how.floor, scratch)
     if plan.verdict != APPLIED:
         return plan.verdict
     a = mesh.cells[cell, TET_EDGES[edge, 0]]

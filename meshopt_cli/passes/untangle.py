@@ -48,17 +48,19 @@ class Untangle(Mend):
         The mean of its neighbours is often inside the ball of a vertex far outside of it,
         where uphill is a long way.
         """
-        for method, cells in (
-            (relocate.LAPLACE, bad),
-            (relocate.OPTIMIZE, bad),
-            (relocate.OPTIMIZE, work.rings_around(bad, 1)),
-        ):
-            how = relocate.Relocation(method, relocate.UNIFORM, 1.0, STRICT, 0.0, np.inf)
-            vertices = np.unique(work.mesh.cells[cells])
-            order = vertices[~work.mesh.fixed[vertices]]
+        self._move(work, relocate.LAPLACE, bad, tally, observer)
+        self._move(work, relocate.OPTIMIZE, bad, tally, observer)
+        self._move(work, relocate.OPTIMIZE, work.rings_around(bad, 1), tally, observer)
 
-            def kernel(chunk):
-                relocate.sweep_relocation(work.mesh, chunk, how, work.scratch, tally.counts)
+    def _move(
+        self, work: Workspace, method: int, cells: np.ndarray, tally: Tally, observer: Observer
+    ) -> None:
+        how = relocate.Relocation(method, relocate.UNIFORM, 1.0, STRICT, 0.0, np.inf)
+        vertices = np.unique(work.mesh.cells[cells])
+        order = vertices[~work.mesh.fixed[vertices]]
 
-            work.next_sweep()
-            self.visit(work, order, kernel, tally, observer)
+        def kernel(chunk):
+            relocate.sweep_relocation(work.mesh, chunk, how, work.scratch, tally.counts)
+
+        work.next_sweep()
+        self.visit(work, order, kernel, tally, observer)
