@@ -92,7 +92,6 @@ class Pass:
 
     name: ClassVar[str] = ""
     summary: ClassVar[str] = ""
-    dimensions: ClassVar[tuple[int, ...]] = (2, 3)  # of the meshes it works on
 
     def __post_init__(self) -> None:
         self._since: dict[str, int] = {}
