@@ -15,13 +15,13 @@ from .mesh import (
     Simplices,
     cast,
     main_type,
-    untransferred,
     with_positive_tets,
     with_simplices,
 )
 from .passes import Observer
 from .pipeline import Outcome, Pipeline
 from .quality import MEASURES, Measure, Summary, summarize
+from .transfer import carry
 from .workspace import Workspace
 
 Array = np.ndarray
@@ -61,6 +61,7 @@ def optimize(
     measure: Measure,
     observer: Observer | None = None,
     with_all_measures: bool = False,
+    with_data: bool = True,
 ) -> Result:
     """Optimize a mesh; the input is left as it is.
 
@@ -68,6 +69,8 @@ def optimize(
     ----------
     with_all_measures : bool
         Whether the summaries tell the worst Q by every measure, which takes a while.
+    with_data : bool
+        Whether the arrays of the mesh go along; its tags do in any case.
 
     Raises
     ------
@@ -82,8 +85,6 @@ def optimize(
     main_type(mesh)
     mesh = sound(mesh)
     source = cast(mesh)
-    if lost := untransferred(mesh):
-        log.warning("arrays that do not follow the cells are dropped: %s", ", ".join(lost))
     others = tuple(MEASURES.values()) if with_all_measures else ()
     before = summarize(source, measure, others)
     outcome = pipeline.run(Workspace(source, measure.code), observer)
@@ -94,6 +95,9 @@ def optimize(
     if after.n_invalid or after.worst > before.worst * (1 + 1e-6):
         raise InvariantError(f"the worst Q rose from {before.worst} to {after.worst}")
     prove(source, final, mesh.points, result.points, origin)
+    result, lost = carry(mesh, result, source, final, origin, with_data)
+    if lost:
+        log.warning("arrays that do not follow the cells are dropped: %s", ", ".join(lost))
     return Result(result, measure, before, after, outcome, time.perf_counter() - start)
 
 

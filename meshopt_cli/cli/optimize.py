@@ -49,6 +49,11 @@ exactly as they are; the result is never worse than the input.
     help="Write nothing and exit with 1 when a cell stays worse than Q.",
 )  # fmt: skip
 @click.option("--file-format", metavar="NAME", help="Format of OUTPUT; see `meshopt list formats`.")
+@click.option(
+    "--region", "regions", multiple=True, metavar="NAME",
+    help="An array of the cells that makes regions, instead of all tags; repeatable.",
+)  # fmt: skip
+@click.option("--no-data", is_flag=True, help="Drop all arrays but tags.")
 @click.option("--in-place", is_flag=True, help="OUTPUT may be INPUT, and is when it is left out.")
 @verbosity_options
 def command(
@@ -66,12 +71,14 @@ def command(
     as_json: bool,
     fail_above: float | None,
     file_format: str | None,
+    regions: tuple[str, ...],
+    no_data: bool,
     in_place: bool,
     verbosity: int,
 ) -> int:
     from .. import formats
     from ..job import InvalidMeshError, optimize
-    from ..mesh import main_type
+    from ..mesh import main_type, with_regions
     from .config import Request, plan_for
     from .findings import show_findings
     from .output import form_of, print_report, report_of, write_reports
@@ -87,6 +94,8 @@ def command(
     mesh, source = formats.read(input)
     with naming(input):
         main_type(mesh)
+        if regions:
+            mesh = with_regions(mesh, regions)
     plan = plan_for(request, mesh.dimension())
     encoding = formats.encoding_for(output, source.encoding, file_format)
     clock.append(time.perf_counter())
@@ -94,7 +103,7 @@ def command(
     needs_all = as_json or any(r.suffix.lower() == ".json" for r in reports)
     try:
         with progress(verbosity < 0) as observer, naming(input):
-            result = optimize(mesh, plan.pipeline, plan.measure, observer, needs_all)
+            result = optimize(mesh, plan.pipeline, plan.measure, observer, needs_all, not no_data)
     except InvalidMeshError as error:
         show_findings(input, source, error.mesh, error.report, err=True)
         raise

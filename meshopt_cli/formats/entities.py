@@ -14,11 +14,9 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..mesh import Array, Block, dimension_of
+from ..mesh import DIM_TAGS, GEOMETRICAL, PHYSICAL, Array, Block, dimension_of
 
-PHYSICAL = "gmsh:physical"
-GEOMETRICAL = "gmsh:geometrical"
-DIM_TAGS = "gmsh:dim_tags"
+__all__ = ["DIM_TAGS", "GEOMETRICAL", "PHYSICAL", "by_entity", "classify", "write"]
 
 
 def by_entity(blocks: list[Block]) -> list[Block]:

@@ -18,14 +18,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ..mesh import Array, Block, Mesh
+from ..mesh import REF, Array, Block, Mesh
 from .bridge import from_meshio, listening, prepared
 from .sniff import Encoding, UnreadableError
 from .text import lines
 
 log = logging.getLogger("meshopt")
 
-REF = "medit:ref"
 # section and its code in binary files of each type of cell
 _CELLS = {
     "line": ("Edges", 5),
