@@ -90,14 +90,14 @@ def optimize(
     outcome = pipeline.run(Workspace(source, measure.code), observer)
     worked, origin = outcome.work.result()
     result = with_simplices(mesh, worked, origin, source)
+    result, lost = carry(mesh, result, source, origin, with_data)
+    if lost:
+        log.warning("arrays that do not follow the cells are dropped: %s", ", ".join(lost))
     final = cast(result)
     after = summarize(final, measure, others, before.target)
     if after.n_invalid or after.worst > before.worst * (1 + 1e-6):
         raise InvariantError(f"the worst Q rose from {before.worst} to {after.worst}")
     prove(source, final, mesh.points, result.points, origin)
-    result, lost = carry(mesh, result, source, final, origin, with_data)
-    if lost:
-        log.warning("arrays that do not follow the cells are dropped: %s", ", ".join(lost))
     return Result(result, measure, before, after, outcome, time.perf_counter() - start)
 
 

@@ -34,6 +34,10 @@ DIMENSION = {
 PHYSICAL, GEOMETRICAL, REF = TAG_NAMES = ("gmsh:physical", "gmsh:geometrical", "medit:ref")
 # Dimension and tag of the entity that Gmsh has a node on.
 DIM_TAGS = "gmsh:dim_tags"
+# Medit's flags of vertices and of cells: what is required must stay.
+CORNER, REQUIRED, RIDGE = FLAGS = ("medit:corner", "medit:required", "medit:ridge")
+# Vectors at some of the vertices.
+NORMAL, TANGENT = "medit:normal", "medit:tangent"
 # Any other integer array does so when it has few values: otherwise it numbers the cells.
 MAX_LABELS = 64
 
@@ -173,7 +177,7 @@ def main_type(mesh: Mesh) -> str:
 
 def is_tag(name: str, arrays: list[Array]) -> bool:
     """Whether an array over the cells tells regions apart."""
-    if any(a.dtype.kind not in "iu" or a.ndim != 1 for a in arrays):
+    if name in FLAGS or any(a.dtype.kind not in "iu" or a.ndim != 1 for a in arrays):
         return False
     return name in TAG_NAMES or len(np.unique(np.concatenate(arrays))) <= MAX_LABELS
 
@@ -273,9 +277,22 @@ def cast(mesh: Mesh) -> Simplices:
     # A file that declares every vertex (as Mmg writes them) says nothing by it.
     if len(vertices) < len(np.unique(cells)):
         fixed[vertices] = True
+    for name in (CORNER, REQUIRED):
+        if name in mesh.point_data:
+            fixed |= flagged(mesh.point_data[name])
+    required = [b.cells[flagged(b.data[REQUIRED])] for b in blocks if REQUIRED in b.data]
+    if required:  # with their facets, cells stay too
+        kept = np.concatenate(required)
+        facets = np.concatenate([facets, adjacency.facets(kept)])
+        fixed[kept] = True
     single = mesh.points.dtype == np.float32
     region = regions_of(blocks, mesh.regions)
     return Simplices(points, cells, region, fixed, facets, edges, frame, single, turned)
+
+
+def flagged(values: Array) -> Array:
+    """Where an array, (n,) of numbers, is set."""
+    return np.nan_to_num(values) != 0
 
 
 def with_positive_tets(mesh: Mesh) -> tuple[Mesh, int]:

@@ -8,27 +8,34 @@ point location (18.1.3) inside the region; what did not change keeps every bit.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
 from .kernels.locate import Grid, locate
 from .mesh import (
+    CORNER,
     DIM_TAGS,
+    FLAGS,
     GEOMETRICAL,
+    NORMAL,
     REF,
+    REQUIRED,
     TAG_NAMES,
+    TANGENT,
     Array,
     Block,
     Mesh,
     Simplices,
     main_blocks,
     main_type,
+    regions_of,
     tags_of,
     with_depth,
 )
 
-# Tags of vertices: they go with the vertex, not with the place.
-VERTEX_TAGS = (REF, DIM_TAGS)
+# What goes with the vertex, not with the place, and what a new vertex gets.
+VERTEX_TAGS = {REF: 0, DIM_TAGS: 0, CORNER: 0, REQUIRED: 0, NORMAL: np.nan, TANGENT: np.nan}
 
 CELLS_PER_BOX = 4  # of the control grid, on the average
 
@@ -37,7 +44,6 @@ def carry(
     mesh: Mesh,
     result: Mesh,
     before: Simplices,
-    after: Simplices,
     origin: Array,
     with_data: bool = True,
 ) -> tuple[Mesh, list[str]]:
@@ -49,8 +55,8 @@ def carry(
         What was read.
     result : Mesh
         What `with_simplices` made of it, with the tags that make regions.
-    before, after : Simplices
-        What `cast` gives for the one and for the other.
+    before : Simplices
+        What `cast` gives for `mesh`.
     origin : (np',) int64
         The point of `mesh` that each point of `result` was, -1 for a new one.
     with_data : bool
@@ -65,13 +71,30 @@ def carry(
         whole numbers on a part of the cells of a region.
     """
     if not with_data:
-        tags = {*TAG_NAMES, *tags_of(main_blocks(mesh, main_type(mesh)), mesh.regions)}
+        tags = {*TAG_NAMES, *FLAGS, *tags_of(main_blocks(mesh, main_type(mesh)), mesh.regions)}
         mesh, result = _with_tags_only(mesh, tags), _with_tags_only(result, tags)
+    after = _Cells(result)
     point_data, dropped = _carry_point_data(mesh, result, before, after, origin)
     blocks, more = _carry_cell_data(mesh, result, before, after, origin)
     result = replace(result, point_data=point_data, blocks=blocks)
     _classify_new_points(result, after, origin)
     return result, sorted({*dropped, *more})
+
+
+class _Cells:
+    """The cells of a result, in the order of its blocks, and their regions, once wanted."""
+
+    def __init__(self, result: Mesh) -> None:
+        self._blocks = main_blocks(result, main_type(result))
+        self._regions = result.regions
+
+    @cached_property
+    def cells(self) -> Array:
+        return np.concatenate([block.cells for block in self._blocks])
+
+    @cached_property
+    def region(self) -> Array:
+        return regions_of(self._blocks, self._regions)
 
 
 def _with_tags_only(mesh: Mesh, tags: set[str]) -> Mesh:
@@ -135,14 +158,14 @@ def _is_moved(mesh: Mesh, result: Mesh, origin: Array) -> Array:
 
 
 def _carry_point_data(
-    mesh: Mesh, result: Mesh, before: Simplices, after: Simplices, origin: Array
+    mesh: Mesh, result: Mesh, before: Simplices, after: _Cells, origin: Array
 ) -> tuple[dict[str, Array], list[str]]:
     dropped = [n for n, values in mesh.point_data.items() if values.dtype.kind not in "fiub"]
     names = [name for name in mesh.point_data if name not in dropped]
     carried = {name: mesh.point_data[name][origin] for name in names}
     for name in names:
         if name in VERTEX_TAGS:
-            carried[name][origin < 0] = 0
+            carried[name][origin < 0] = VERTEX_TAGS[name]
     if not set(names) - set(VERTEX_TAGS):
         return carried, dropped
     moved = _is_moved(mesh, result, origin)
@@ -174,7 +197,7 @@ def _places(before: Simplices, result: Mesh, rows: Array) -> Array:
 
 
 def _carry_cell_data(
-    mesh: Mesh, result: Mesh, before: Simplices, after: Simplices, origin: Array
+    mesh: Mesh, result: Mesh, before: Simplices, after: _Cells, origin: Array
 ) -> tuple[list[Block], list[str]]:
     cell_type = main_type(mesh)
     old_blocks, new_blocks = main_blocks(mesh, cell_type), main_blocks(result, cell_type)
@@ -220,7 +243,7 @@ def _joined(blocks: list[Block], name: str) -> tuple[Array | None, Array]:
     return values, here
 
 
-def _donors(mesh: Mesh, result: Mesh, before: Simplices, after: Simplices, origin: Array) -> Array:
+def _donors(mesh: Mesh, result: Mesh, before: Simplices, after: _Cells, origin: Array) -> Array:
     """The cell of the input that each cell of a result takes its values from.
 
     A cell that is as it was takes its own, any other those of the cell that holds its centre.
@@ -247,7 +270,7 @@ def _twins(cells: Array, wanted: Array) -> Array:
     return np.where(alike, twins, -1)
 
 
-def _classify_new_points(result: Mesh, after: Simplices, origin: Array) -> None:
+def _classify_new_points(result: Mesh, after: _Cells, origin: Array) -> None:
     """Put new points on the entities of their cells, where Gmsh's entities are known."""
     blocks = main_blocks(result, main_type(result))
     new = np.flatnonzero(origin < 0)
@@ -259,4 +282,4 @@ def _classify_new_points(result: Mesh, after: Simplices, origin: Array) -> None:
     entities = np.concatenate([block.data[GEOMETRICAL] for block in blocks])
     entity[after.cells.ravel()] = np.repeat(entities, after.cells.shape[1])
     dim_tags = result.point_data[DIM_TAGS]
-    dim_tags[new, 0], dim_tags[new, 1] = after.dimension, entity[new]
+    dim_tags[new, 0], dim_tags[new, 1] = after.cells.shape[1] - 1, entity[new]

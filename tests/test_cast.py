@@ -483,6 +483,36 @@ def test_vertices_declared_everywhere_are_ignored(n_unused):
     assert len(cells_of(result, "vertex")) == len(result.points)
 
 
+@pytest.mark.parametrize("name", ["medit:required", "medit:corner"])
+@pytest.mark.parametrize("make", [lambda: shaken(tet_grid(4)), lambda: shaken(tri_grid(6))])
+def test_required_vertices_stay_where_they_are(make, name):
+    one = make()
+    gone = set(map(tuple, one.points)) - set(map(tuple, optimized(one).points))
+    wanted = np.array([tuple(point) in gone for point in one.points])
+    wanted &= np.cumsum(wanted) % 4 == 1
+    one.point_data = {name: wanted.astype(np.uint8)}
+    result = optimized(one)
+    flags = result.point_data[name] == 1
+    assert np.array_equal(result.points[flags], one.points[wanted])
+    assert set(map(tuple, result.points)) != set(map(tuple, one.points))
+
+
+def test_required_triangles_of_a_plane_stay():
+    one = shaken(tri_grid(8))
+    (block,) = one.blocks
+    free = optimized(one)
+    lost = places(one, block.cells) - places(free, cells_of(free, "triangle"))
+    assert len(lost) > 5
+    wanted = np.array([bool(places(one, [cell]) & lost) for cell in block.cells])
+    wanted &= np.cumsum(wanted) % 5 == 1
+    block.data = {"medit:required": wanted.astype(np.uint8)}
+    result = optimized(one)
+    (after,) = result.blocks
+    flags = after.data["medit:required"] == 1
+    assert places(result, after.cells[flags]) == places(one, block.cells[wanted])
+    assert not np.array_equal(result.points, one.points)
+
+
 def test_declared_cells_are_what_is_fixed():
     one = with_block(with_block(tet_grid(2), "line", [[0, 13]]), "vertex", [[13]])
     before = cast(one)

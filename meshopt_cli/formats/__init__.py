@@ -136,7 +136,7 @@ def encoding_for(
     return source if source.version in VTU_VERSIONS else replace(source, version=new.version)
 
 
-def write(path: Path, mesh: Mesh, encoding: Encoding) -> None:
+def write(path: Path, mesh: Mesh, encoding: Encoding) -> list[str]:
     """Write a mesh to a file, which has all of it at once or stays as it was.
 
     Parameters
@@ -147,6 +147,11 @@ def write(path: Path, mesh: Mesh, encoding: Encoding) -> None:
     mesh : Mesh
     encoding : Encoding
         From `encoding_for`.
+
+    Returns
+    -------
+    list of str
+        What the format cannot hold, of which there is a warning too.
 
     Raises
     ------
@@ -162,9 +167,10 @@ def write(path: Path, mesh: Mesh, encoding: Encoding) -> None:
         raise WriteError(f"{path}: cannot be written: {_reason(error)}") from error
     except Exception as error:
         raise WriteError(f"{path}: cannot be written as {row.title}: {_one_line(error)}") from error
+    dropped = list(dict.fromkeys(dropped))
     if dropped:
-        what = ", ".join(dict.fromkeys(dropped))
-        log.warning("%s: %s cannot hold %s: dropped", path, row.title, what)
+        log.warning("%s: %s cannot hold %s: dropped", path, row.title, ", ".join(dropped))
+    return dropped
 
 
 @contextlib.contextmanager

@@ -313,6 +313,8 @@ def _write_view(
     f: BinaryIO, section: str, name: str, rows: Array, values: Array, binary: bool
 ) -> None:
     values = values.reshape(len(rows), -1).astype(np.float64)
+    there = ~np.isnan(values).all(axis=1)
+    rows, values = rows[there], values[there]
     width = values.shape[1]
     title = name.replace('"', "'").replace("\n", " ")
     head = f'${section}\n1\n"{title}"\n1\n0.0\n3\n0\n{width}\n{len(rows)}\n'

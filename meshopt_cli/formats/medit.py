@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from ..mesh import REF, Array, Block, Mesh
+from . import medit_lists
 from .bridge import from_meshio, listening, prepared
 from .sniff import Encoding, UnreadableError
 from .text import lines
@@ -51,9 +52,7 @@ def read(path: Path, data: bytes, encoding: Encoding) -> Mesh:
     """
     import meshio.medit
 
-    plain, dropped = _plain_binary(data) if encoding.binary else _plain_text(data)
-    if dropped:
-        log.warning("the sections %s of the Medit file are dropped", ", ".join(dropped))
+    plain, lists, dropped = _plain_binary(data) if encoding.binary else _plain_text(data)
     name = "mesh.meshb" if encoding.binary else "mesh.mesh"  # meshio goes by the last letter
     with prepared(path, b"", plain, name) as copy, listening(logging.WARNING):
         mesh = from_meshio(meshio.medit.read(copy))
@@ -61,16 +60,24 @@ def read(path: Path, data: bytes, encoding: Encoding) -> Mesh:
         data_of[REF] = data_of[REF].astype(np.int64)
     if encoding.version == "1":
         mesh.points = mesh.points.astype(np.float32)
+    dropped += medit_lists.attach(mesh, lists)
+    if dropped:
+        log.warning("the sections %s of the Medit file are dropped", ", ".join(dropped))
     return mesh
 
 
-def _plain_text(data: bytes) -> tuple[bytes, list[str]]:
-    """Set a text anew with what meshio knows; also the names of the sections left out."""
+# What meshio can read, the sections of `medit_lists`, and the names of those left out.
+_Plain = tuple[bytes, dict[str, Array], list[str]]
+
+
+def _plain_text(data: bytes) -> _Plain:
+    """Set a text anew with what meshio knows."""
     if b"#" in data or b'"' in data:  # comments and names of other files
         data = re.sub(rb"#[^\r\n]*|\"[^\"\r\n]*\"", b"", data)
     words = [m for m in _KEYWORD.finditer(data) if m[0][:3].lower() not in (b"nan", b"inf")]
     ends = [word.start() for word in words[1:]] + [len(data)]
-    plain, dropped = [], []
+    plain, lists, dropped = [], {}, []
+    dimension = 3
     for word, end in zip(words, ends, strict=True):
         keyword, name = word[0], word[0].decode()
         if name == "End":
@@ -80,42 +87,62 @@ def _plain_text(data: bytes) -> tuple[bytes, list[str]]:
             if count not in _ONE_OF[keyword]:
                 raise UnreadableError(f"{name} {count.decode()} is not supported")
             plain.append(b"%s %s\n" % (keyword, b"2" if keyword == _VERSION else count))
+            dimension = dimension if keyword == _VERSION else int(count)
         elif name in _SECTIONS:
             plain.append(b"%s\n%s\n%s\n" % (keyword, count, rows.replace(b"\r", b"\n")))
-        elif count != b"0":
+        elif count == b"0":
+            continue
+        elif name in medit_lists.SECTIONS:
+            kind, width = medit_lists.kind_of(name), medit_lists.width_of(name, dimension)
+            lists[name] = np.array(rows.split(), kind + "8").reshape(int(count), width)
+        else:
             dropped.append(name)
     else:
         log.info("the Medit file has no End: it may be truncated")
-    return b"".join(plain), dropped
+    return b"".join(plain), lists, dropped
 
 
-def _plain_binary(data: bytes) -> tuple[bytes, list[str]]:
+def _plain_binary(data: bytes) -> _Plain:
     """Do the same for a binary file, in which each section says where the next starts."""
     from meshio.medit._medit_internal import medit_codes
 
     order = "<" if data[:4] == b"\1\0\0\0" else ">"
     _, version = struct.unpack_from(order + "ii", data)
     head = struct.Struct(order + ("ii" if version < 3 else "iq"))
-    at, plain = 8, [data[:8]]
+    kinds = {"f": order + ("f4" if version == 1 else "f8")}
+    kinds["i"] = order + ("i8" if version == 4 else "i4")
+    size = int(kinds["i"][-1])
+    at, plain, dimension = 8, [data[:8]], 3
+    lists: dict[str, Array] = {}
     dropped: list[str] = []
     while at + head.size <= len(data):
         code, after = head.unpack_from(data, at)
         if code == _END:
-            return b"".join([*plain, data[at:]]), dropped
+            return b"".join([*plain, data[at:]]), lists, dropped
         if not at < after <= len(data):
             break
+        start, name = at + head.size, medit_lists.CODES.get(code, "")
         if code in (_DIMENSION, _VERTICES, *CODES.values()):
             plain.append(data[at:after])
-        elif any(data[at + head.size : at + head.size + 4]):  # the count of its rows
+            if code == _DIMENSION:
+                (dimension,) = struct.unpack_from(order + "i", data, start)
+        elif name:
+            kind, width = medit_lists.kind_of(name), medit_lists.width_of(name, dimension)
+            count = int(np.frombuffer(data, kinds["i"], 1, start)[0])
+            rows = np.frombuffer(data[:after], kinds[kind], count * width, start + size)
+            if count:
+                lists[name] = rows.astype(kind + "8").reshape(count, width)
+        elif any(data[start : start + 4]):  # the count of its rows
             dropped.append(medit_codes.get(code, (f"Gmf{code}",))[0][3:])
         at = after
     raise UnreadableError("it ends in the middle of a section")
 
 
 def write(path: Path, mesh: Mesh, encoding: Encoding) -> None:
-    """Write a mesh, whose blocks have types out of `CODES`, with "medit:ref" if it is there."""
+    """Write a mesh, whose blocks have types out of `CODES`, with references and lists."""
     refs = mesh.point_data.get(REF, np.zeros(len(mesh.points), np.int64))
-    whole = Mesh(mesh.points, _one_a_type(mesh.blocks), {REF: refs})
+    lists = medit_lists.pick(mesh.point_data)
+    whole = Mesh(mesh.points, _one_a_type(mesh.blocks), {REF: refs, **lists})
     version = 1 if mesh.points.dtype == np.float32 else max(2, int(encoding.version))
     (_write_binary if encoding.binary else _write_text)(path, whole, version)
 
@@ -125,9 +152,12 @@ def _one_a_type(blocks: list[Block]) -> list[Block]:
     joined = []
     for cell_type in dict.fromkeys(block.type for block in blocks):
         same = [block for block in blocks if block.type == cell_type]
-        refs = [block.data.get(REF, np.zeros(len(block.cells), np.int64)) for block in same]
-        cells = np.concatenate([block.cells for block in same])
-        joined.append(Block(cell_type, cells, {REF: np.concatenate(refs)}))
+        names = dict.fromkeys([REF, *(name for b in same for name in medit_lists.pick(b.data))])
+        data = {
+            name: np.concatenate([b.data.get(name, np.zeros(len(b.cells), np.int64)) for b in same])
+            for name in names
+        }
+        joined.append(Block(cell_type, np.concatenate([b.cells for b in same]), data))
     return joined
 
 
@@ -140,6 +170,9 @@ def _write_text(path: Path, mesh: Mesh, version: int) -> None:
         for block in mesh.blocks:
             stream.write(f"\n{NAMES[block.type]}\n{len(block.cells)}\n".encode())
             stream.writelines(lines(block.cells + 1, block.data[REF]))
+        for name, _, rows in medit_lists.sections_of(mesh):
+            stream.write(f"\n{name}\n{len(rows)}\n".encode())
+            stream.writelines(lines(rows))
         stream.write(b"\nEnd\n")
 
 
@@ -158,6 +191,8 @@ def _write_binary(path: Path, mesh: Mesh, version: int) -> None:
     for block in mesh.blocks:
         rows = np.column_stack([block.cells + 1, block.data[REF]]).astype(integer)
         sections.append((CODES[block.type], rows))
+    for _, code, rows in medit_lists.sections_of(mesh):
+        sections.append((code, rows.astype(real if rows.dtype.kind == "f" else integer)))
     head = struct.Struct("<ii" if version < 3 else "<iq")
     with path.open("wb") as stream:
         stream.write(struct.pack("<ii", 1, version))
