@@ -38,6 +38,8 @@ ENCODINGS += [
     Encoding("vtu", "1.0", binary=True, compressed=True),
     Encoding("vtu", "0.1", binary=True, compressed=True),
     Encoding("vtu", "0.1", binary=True),
+    Encoding("vtk", "2.0", binary=False),
+    Encoding("vtk", "3.0", binary=True),
     Encoding("vtk", "4.2", binary=False),
     Encoding("vtk", "4.2", binary=True),
     *(Encoding("meditb", version, binary=True) for version in ("3", "4")),
@@ -441,9 +443,9 @@ def test_encoding_keeps_what_the_family_of_the_source_had():
     assert encoding_for(Path("x.mesh"), Encoding("meditb", "3", binary=True)) == Encoding(
         "medit", "3", binary=False
     )
-    assert encoding_for(Path("x.vtk"), Encoding("vtk", "2.0", binary=False)) == Encoding(
-        "vtk", "4.2", binary=False
-    )
+    for old, new in (("2.0", "2.0"), ("3.0", "3.0"), ("1.0", "4.2"), ("5.0", "5.1")):
+        wanted = Encoding("vtk", new, binary=False)
+        assert encoding_for(Path("x.vtk"), Encoding("vtk", old, binary=False)) == wanted
     assert encoding_for(Path("x.vtk"), FORMATS["medit"].default) == FORMATS["vtk"].default
     plain = Encoding("vtu", "0.1", binary=True)
     assert encoding_for(Path("x.vtu"), plain) == plain
@@ -763,7 +765,7 @@ def test_medit_sections_that_mmg_writes(tmp_path, caplog):
     assert mesh.point_data["medit:required"].tolist() == [0, 1, 0, 0]
     assert mesh.blocks[0].data["medit:required"].tolist() == [1]
     (message,) = warnings_of(caplog)
-    assert "the sections Geometry of" in message
+    assert message == "of the Medit file are dropped: Geometry"
 
 
 def test_medit_single_precision_keeps_large_references(tmp_path):
@@ -842,11 +844,19 @@ def test_lists_of_medit_survive_in_every_format(tmp_path, caplog, target):
 
 
 @pytest.mark.parametrize("section", ["RequiredVertices", "Ridges", "NormalAtVertices"])
-def test_medit_lists_of_what_is_not_there(tmp_path, section):
-    numbers = "9 1" if section == "NormalAtVertices" else "9"
-    text = MEDIT.replace("Corners\n0", f"Normals\n1\n0 0 1\n{section}\n1\n{numbers}")
-    text = text.replace("RequiredVertices\n1\n2\n", "")
-    assert_unreadable(text_mesh(tmp_path, text, "mesh.mesh"), section, "names number")
+def test_medit_lists_of_what_is_not_there(tmp_path, caplog, section):
+    """Mmg writes such tangents: they are no reason to refuse a mesh."""
+    numbers = "3 2\n3 1" if section == "NormalAtVertices" else "9\n1"
+    text = MEDIT.replace("RequiredVertices\n1\n2\n", "").replace("Geometry", "Comment")
+    text = text.replace("Corners\n0", f"Normals\n1\n0 0 1\n{section}\n2\n{numbers}")
+    mesh, _ = read(text_mesh(tmp_path, text, "mesh.mesh"))
+    assert f"{section} with numbers of what is not there" in warnings_of(caplog)[0]
+    if section == "NormalAtVertices":
+        assert np.isfinite(mesh.point_data["medit:normal"]).all(axis=1).tolist() == [0, 0, 1, 0]
+    elif section == "Ridges":
+        assert mesh.blocks[0].data["medit:ridge"].tolist() == [1]
+    else:
+        assert mesh.point_data["medit:required"].tolist() == [1, 0, 0, 0]
 
 
 def test_medit_normals_without_vertices_are_named(tmp_path, caplog):

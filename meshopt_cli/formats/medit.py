@@ -62,7 +62,7 @@ def read(path: Path, data: bytes, encoding: Encoding) -> Mesh:
         mesh.points = mesh.points.astype(np.float32)
     dropped += medit_lists.attach(mesh, lists)
     if dropped:
-        log.warning("the sections %s of the Medit file are dropped", ", ".join(dropped))
+        log.warning("of the Medit file are dropped: %s", ", ".join(dropped))
     return mesh
 
 

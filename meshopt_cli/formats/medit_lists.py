@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..mesh import CORNER, NORMAL, REQUIRED, RIDGE, TANGENT, Array, Mesh
-from .sniff import UnreadableError
 
 # section: its code in binary files, the array, and what it lists: vertices or cells of a type
 LISTS = {
@@ -57,17 +57,12 @@ def attach(mesh: Mesh, found: dict[str, Array]) -> list[str]:
     -------
     list of str
         What could not be kept.
-
-    Raises
-    ------
-    UnreadableError
-        A list names something that is not there.
     """
-    lost = []
+    lost: list[str] = []
     for section, (_, name, cell_type) in LISTS.items():
         if section not in found:
             continue
-        rows = found[section][:, 0] - 1
+        rows = found[section][:, :1] - 1
         if cell_type == "vertex":
             parts = [mesh.point_data]
             ends = np.array([len(mesh.points)])
@@ -76,29 +71,31 @@ def attach(mesh: Mesh, found: dict[str, Array]) -> list[str]:
             parts = [block.data for block in alike]
             ends = np.cumsum([0, *(len(block.cells) for block in alike)])[1:]
         n = int(ends[-1]) if len(ends) else 0
-        _check(section, rows, n)
         flags = np.zeros(n, np.uint8)
-        flags[rows] = 1
+        flags[_there(section, rows, (n,), lost)] = 1
         for data, part in zip(parts, np.split(flags, ends[:-1]), strict=True):
             data[name] = part
     for section, (_, name, pairs, _) in VECTORS.items():
         if section not in found or pairs not in found:
             lost += [one for one in (section, pairs) if one in found]
             continue
-        vertices, numbers = found[pairs].T - 1
-        _check(pairs, vertices, len(mesh.points))
-        _check(pairs, numbers, len(found[section]))
+        vectors = found[section]
+        at = np.array([len(mesh.points), len(vectors)])
+        vertices, numbers = _there(pairs, found[pairs] - 1, at, lost).T
         if len(np.unique(vertices)) < len(vertices):
             lost.append(f"all but the last of several {section} at a vertex")
-        vectors = np.full((len(mesh.points), found[section].shape[1]), np.nan)
-        vectors[vertices] = found[section][numbers]
-        mesh.point_data[name] = vectors
+        values = np.full((len(mesh.points), vectors.shape[1]), np.nan)
+        values[vertices] = vectors[numbers]
+        mesh.point_data[name] = values
     return lost
 
 
-def _check(section: str, rows: Array, n: int) -> None:
-    if len(rows) and not 0 <= rows.min() <= rows.max() < n:
-        raise UnreadableError(f"{section} names number {rows.max() + 1}, and there are {n}")
+def _there(section: str, rows: Array, n: ArrayLike, lost: list[str]) -> Array:
+    """The rows that name what is there: in each column, one of n."""
+    fit = np.all((rows >= 0) & (rows < n), axis=1)
+    if not fit.all():
+        lost.append(f"{section} with numbers of what is not there")
+    return rows[fit]
 
 
 def pick(data: dict[str, Array]) -> dict[str, Array]:
