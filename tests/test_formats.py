@@ -913,7 +913,7 @@ def test_medit_binary_of_the_other_byte_order(tmp_path):
         ("Dimension 3", "Dimension 4", ("Dimension",)),
         ("Formatted\n3", "Formatted\n9", ("MeshVersionFormatted",)),
         ("\nVertices", "\nSomethings", ("Vertices",)),
-        ("1 2 3 0 7", "1 2 3 0.5 7", ("malformed",)),
+        ("1 2 3 0 7", "1 2 3 0.5 7", ("a number was expected",)),
     ],
 )
 def test_medit_files_that_are_refused(tmp_path, old, new, words):

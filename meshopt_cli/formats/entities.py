@@ -104,7 +104,9 @@ def _key(block: Block) -> tuple[int, int]:
 
 def _used(block: Block, n: int) -> Array:
     """Points that the cells of a block use, but numbers out of range."""
-    return np.unique(block.cells[(block.cells >= 0) & (block.cells < n)])
+    used = np.zeros(n, bool)
+    used[block.cells[(block.cells >= 0) & (block.cells < n)]] = True
+    return np.flatnonzero(used)
 
 
 def _alike(keys: Array) -> Iterator[tuple[tuple[int, int], Array]]:

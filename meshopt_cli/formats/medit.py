@@ -1,9 +1,8 @@
 """Medit's `.mesh` (text) and `.meshb` (binary).
 
-Both are read by meshio, once the sections are taken out that it refuses, like
-RequiredEdges, or discards. In text it also wants each count on a line of its own, knows
-versions 1 and 2 only, and in version 1 rounds large references: so the text is set anew
-in version 2.
+Binary is read by meshio, once the sections are taken out that it refuses or discards, which
+`medit_lists` looks after. Text is taken apart here: meshio wants each count on a line of its
+own, knows versions 1 and 2 only, rounds large references in version 1, and is slow.
 
 Both are written here. Of binary, meshio has versions 3 and 4 only, so that a file would
 lose its version, and single precision with it; text it formats row by row.
@@ -14,6 +13,7 @@ from __future__ import annotations
 import logging
 import re
 import struct
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +22,7 @@ from ..mesh import REF, Array, Block, Mesh
 from . import medit_lists
 from .bridge import from_meshio, listening, prepared
 from .sniff import Encoding, UnreadableError
-from .text import lines
+from .text import lines, rows_of
 
 log = logging.getLogger("meshopt")
 
@@ -39,10 +39,12 @@ _CELLS = {
 NAMES = {cell_type: name for cell_type, (name, _) in _CELLS.items()}
 CODES = {cell_type: code for cell_type, (_, code) in _CELLS.items()}
 _DIMENSION, _VERTICES, _END = 3, 4, 54
-_SECTIONS = ["Vertices", *NAMES.values(), "Hexaedra"]  # as some programs spell it
-_VERSION = b"MeshVersionFormatted"
-_ONE_OF = {_VERSION: (b"1", b"2", b"3", b"4"), b"Dimension": (b"2", b"3")}
+_TYPES = {name: cell_type for cell_type, name in NAMES.items()}
+_TYPES["Hexaedra"] = "hexahedron"  # as some programs spell it
+_VALUES = {"MeshVersionFormatted": (b"1", b"2", b"3", b"4"), "Dimension": (b"2", b"3")}
 _KEYWORD = re.compile(rb"[A-Z][A-Za-z]{2,}\w*")
+_WIDTH = {"line": 2, "triangle": 3, "quad": 4, "tetra": 4, "pyramid": 5, "wedge": 6}
+_WIDTH["hexahedron"] = 8
 
 
 def read(path: Path, data: bytes, encoding: Encoding) -> Mesh:
@@ -50,14 +52,7 @@ def read(path: Path, data: bytes, encoding: Encoding) -> Mesh:
 
     Vertex numbers start from 0 and are otherwise as the file has them: a 0 in it is a -1.
     """
-    import meshio.medit
-
-    plain, lists, dropped = _plain_binary(data) if encoding.binary else _plain_text(data)
-    name = "mesh.meshb" if encoding.binary else "mesh.mesh"  # meshio goes by the last letter
-    with prepared(path, b"", plain, name) as copy, listening(logging.WARNING):
-        mesh = from_meshio(meshio.medit.read(copy))
-    for data_of in (mesh.point_data, *(block.data for block in mesh.blocks)):
-        data_of[REF] = data_of[REF].astype(np.int64)
+    mesh, lists, dropped = (_read_binary if encoding.binary else _read_text)(path, data)
     if encoding.version == "1":
         mesh.points = mesh.points.astype(np.float32)
     dropped += medit_lists.attach(mesh, lists)
@@ -66,44 +61,78 @@ def read(path: Path, data: bytes, encoding: Encoding) -> Mesh:
     return mesh
 
 
-# What meshio can read, the sections of `medit_lists`, and the names of those left out.
-_Plain = tuple[bytes, dict[str, Array], list[str]]
+# A mesh, the sections of `medit_lists` in the file, and the names of those left out.
+_Parts = tuple[Mesh, dict[str, Array], list[str]]
 
 
-def _plain_text(data: bytes) -> _Plain:
-    """Set a text anew with what meshio knows."""
+def _read_text(path: Path, data: bytes) -> _Parts:
+    mesh = Mesh(np.empty((0, 0)), [])
+    lists: dict[str, Array] = {}
+    dropped = []
+    values: dict[str, int] = {}
+    for name, content in _sections(data):
+        count, rows = [*content.split(None, 1), b"", b""][:2]
+        if name in _VALUES:
+            if count not in _VALUES[name]:
+                raise UnreadableError(f"{name} {count.decode(errors='replace')} is not supported")
+            values[name] = int(count)
+        elif name == "Vertices" or name in _TYPES or name in medit_lists.SECTIONS:
+            if len(values) < len(_VALUES):
+                raise UnreadableError(f"{name} comes before {' and '.join(_VALUES)}")
+            dimension = values["Dimension"]
+            n = int(count)
+            if name == "Vertices":
+                table = rows_of(name, rows, n, np.float64, dimension + 1)
+                mesh.points = np.ascontiguousarray(table[:, :dimension])
+                mesh.point_data[REF] = table[:, dimension].astype(np.int64)
+            elif name in _TYPES:
+                table = rows_of(name, rows, n, np.int64, _WIDTH[_TYPES[name]] + 1)
+                mesh.blocks.append(Block(_TYPES[name], table[:, :-1] - 1, {REF: table[:, -1]}))
+            elif n:
+                kind = np.float64 if medit_lists.kind_of(name) == "f" else np.int64
+                width = medit_lists.width_of(name, dimension)
+                lists[name] = rows_of(name, rows, n, kind, width)
+        elif count != b"0":
+            dropped.append(name)
+    if REF not in mesh.point_data:
+        raise UnreadableError("there are no Vertices in it")
+    return mesh, lists, dropped
+
+
+def _sections(data: bytes) -> Iterator[tuple[str, bytes]]:
+    """Go through a text: keywords, and what follows each."""
     if b"#" in data or b'"' in data:  # comments and names of other files
         data = re.sub(rb"#[^\r\n]*|\"[^\"\r\n]*\"", b"", data)
-    words = [m for m in _KEYWORD.finditer(data) if m[0][:3].lower() not in (b"nan", b"inf")]
+    # Letters are rare in it: they are looked for all at once.
+    letters = np.frombuffer(data, np.uint8)
+    capital = (letters >= ord("A")) & (letters <= ord("Z"))
+    capital[:-1] &= letters[1:] >= ord("A")
+    capital[1:] &= letters[:-1] < ord("A")
+    found = (_KEYWORD.match(data, at) for at in np.flatnonzero(capital).tolist())
+    words = [m for m in found if m and m[0][:3].lower() not in (b"nan", b"inf")]
     ends = [word.start() for word in words[1:]] + [len(data)]
-    plain, lists, dropped = [], {}, []
-    dimension = 3
     for word, end in zip(words, ends, strict=True):
-        keyword, name = word[0], word[0].decode()
+        name = word[0].decode()
         if name == "End":
-            break
-        count, rows = [*data[word.end() : end].split(None, 1), b"", b""][:2]
-        if keyword in _ONE_OF:
-            if count not in _ONE_OF[keyword]:
-                raise UnreadableError(f"{name} {count.decode()} is not supported")
-            plain.append(b"%s %s\n" % (keyword, b"2" if keyword == _VERSION else count))
-            dimension = dimension if keyword == _VERSION else int(count)
-        elif name in _SECTIONS:
-            plain.append(b"%s\n%s\n%s\n" % (keyword, count, rows.replace(b"\r", b"\n")))
-        elif count == b"0":
-            continue
-        elif name in medit_lists.SECTIONS:
-            kind, width = medit_lists.kind_of(name), medit_lists.width_of(name, dimension)
-            lists[name] = np.array(rows.split(), kind + "8").reshape(int(count), width)
-        else:
-            dropped.append(name)
-    else:
-        log.info("the Medit file has no End: it may be truncated")
-    return b"".join(plain), lists, dropped
+            return
+        yield name, data[word.end() : end]
+    log.info("the Medit file has no End: it may be truncated")
 
 
-def _plain_binary(data: bytes) -> _Plain:
-    """Do the same for a binary file, in which each section says where the next starts."""
+def _read_binary(path: Path, data: bytes) -> _Parts:
+    import meshio.medit
+
+    plain, lists, dropped = _plain_binary(data)
+    # meshio goes by the last letter of a name
+    with prepared(path, b"", plain, "mesh.meshb") as copy, listening(logging.WARNING):
+        mesh = from_meshio(meshio.medit.read(copy))
+    for data_of in (mesh.point_data, *(block.data for block in mesh.blocks)):
+        data_of[REF] = data_of[REF].astype(np.int64)
+    return mesh, lists, dropped
+
+
+def _plain_binary(data: bytes) -> tuple[bytes, dict[str, Array], list[str]]:
+    """Keep what meshio can read; each section says where the next starts."""
     from meshio.medit._medit_internal import medit_codes
 
     order = "<" if data[:4] == b"\1\0\0\0" else ">"

@@ -66,7 +66,9 @@ def read_vtk(path: Path, data: bytes, encoding: Encoding) -> Mesh:
     import meshio.vtk
 
     _teach_names()
-    known = re.sub(rb"^NORMALS\b", b"VECTORS", data, flags=re.MULTILINE)  # the same to it
+    known = data
+    if b"\nNORMALS" in data:  # the same to meshio as vectors
+        known = re.sub(rb"^NORMALS\b", b"VECTORS", data, flags=re.MULTILINE)
     if b"\nFIELD" in data[: max(data.find(b"\nPOINTS"), 0)]:
         log.warning("the fields of the VTK file that are not of points or cells are dropped")
     with prepared(path, data, known) as plain, listening(logging.WARNING):
