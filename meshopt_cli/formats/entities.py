@@ -41,10 +41,11 @@ def by_entity(blocks: list[Block]) -> list[Block]:
                 fits = group_of.setdefault((dimension, tag), group) == group
                 top[dimension] += not fits
                 homes[dimension, tag, group] = tag if fits else top[dimension]
-            data = {name: values[here] for name, values in block.data.items()}
+            rows = slice(None) if len(here) == len(block.cells) else here
+            data = {name: values[rows] for name, values in block.data.items()}
             data[GEOMETRICAL] = np.full(len(here), homes[dimension, tag, group])
             data[PHYSICAL] = np.full(len(here), group)
-            parts.append(Block(block.type, block.cells[here], data, block.entities))
+            parts.append(Block(block.type, block.cells[rows], data, block.entities))
     return parts
 
 
@@ -111,6 +112,9 @@ def _used(block: Block, n: int) -> Array:
 
 def _alike(keys: Array) -> Iterator[tuple[tuple[int, int], Array]]:
     """Go through the distinct rows of two columns, in order, and where each of them is."""
+    if len(keys) and (keys == keys[0]).all():  # as most blocks are
+        yield (int(keys[0, 0]), int(keys[0, 1])), np.arange(len(keys))
+        return
     order = np.lexsort((keys[:, 1], keys[:, 0]))
     ordered = keys[order]
     cuts = np.flatnonzero((ordered[1:] != ordered[:-1]).any(axis=1)) + 1

@@ -7,7 +7,7 @@ four times as long as from memory.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import chain
 
 import numpy as np
@@ -76,9 +76,14 @@ def _numbers(part: list[Array]) -> bytes:
     """Rows in which some numbers are real."""
     # a float32 has fewer digits than the float64 that would hold it
     exact = [table.astype(str) if table.dtype == np.float32 else table for table in part]
-    columns = [column for table in exact for column in table.T.tolist()]
-    row = " ".join(["%s"] * len(columns)) + "\n"
-    return (row * len(part[0]) % tuple(chain.from_iterable(zip(*columns, strict=True)))).encode()
+    row = " ".join(["%s"] * sum(table.shape[1] for table in exact)) + "\n"
+    values: Iterable[float]
+    if len(exact) == 1:
+        values = exact[0].ravel().tolist()
+    else:
+        columns = [column for table in exact for column in table.T.tolist()]
+        values = chain.from_iterable(zip(*columns, strict=True))
+    return (row * len(part[0]) % tuple(values)).encode()
 
 
 def _integers(rows: Array) -> bytes:
