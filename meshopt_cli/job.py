@@ -15,13 +15,13 @@ from .mesh import (
     Simplices,
     cast,
     main_type,
-    untransferred,
     with_positive_tets,
     with_simplices,
 )
 from .passes import Observer
 from .pipeline import Outcome, Pipeline
 from .quality import MEASURES, Measure, Summary, summarize
+from .transfer import carry
 from .workspace import Workspace
 
 Array = np.ndarray
@@ -64,6 +64,7 @@ def optimize(
     measure: Measure,
     observer: Observer | None = None,
     with_all_measures: bool = False,
+    with_data: bool = True,
 ) -> Result:
     """Optimize a mesh; the input is left as it is.
 
@@ -71,6 +72,8 @@ def optimize(
     ----------
     with_all_measures : bool
         Whether the summaries tell the worst Q by every measure, which takes a while.
+    with_data : bool
+        Whether the arrays of the mesh go along; its tags do in any case.
 
     Raises
     ------
@@ -85,8 +88,6 @@ def optimize(
     main_type(mesh)
     mesh, tangle = sound(mesh, any(step.name == "untangle" for step in pipeline.passes()))
     source = cast(mesh)
-    if lost := untransferred(mesh):
-        log.warning("arrays that do not follow the cells are dropped: %s", ", ".join(lost))
     others = tuple(MEASURES.values()) if with_all_measures else ()
     before = summarize(source, measure, others)
     outcome = pipeline.run(Workspace(source, measure.code, before.target), observer)
@@ -96,6 +97,9 @@ def optimize(
     result = with_simplices(mesh, worked, origin, source)
     if tangle and not validity.check(result).is_valid:
         raise InvalidMeshError("untangling leaves it invalid: nothing written", mesh, tangle)
+    result, lost = carry(mesh, result, source, origin, with_data)
+    if lost:
+        log.warning("arrays that do not follow the cells are dropped: %s", ", ".join(lost))
     final = cast(result)
     after = summarize(final, measure, others, before.target)
     if after.n_invalid or after.worst > before.worst * (1 + 1e-6):

@@ -13,7 +13,8 @@ from functools import cached_property
 import numpy as np
 
 from . import adjacency
-from .errors import BadMeshError, UnsupportedMeshError
+from .errors import BadMeshError, ConfigError, UnsupportedMeshError
+from .plane import PLANARITY, Frame, plane_of, with_depth
 
 Array = np.ndarray
 
@@ -30,12 +31,15 @@ DIMENSION = {
 }
 
 # Integer arrays that tell cells of one region from those of another, whatever their values.
-TAG_NAMES = ("gmsh:physical", "gmsh:geometrical", "medit:ref")
+PHYSICAL, GEOMETRICAL, REF = TAG_NAMES = ("gmsh:physical", "gmsh:geometrical", "medit:ref")
+# Dimension and tag of the entity that Gmsh has a node on.
+DIM_TAGS = "gmsh:dim_tags"
+# Medit's flags of vertices and of cells: what is required must stay.
+CORNER, REQUIRED, RIDGE = FLAGS = ("medit:corner", "medit:required", "medit:ridge")
+# Vectors at some of the vertices.
+NORMAL, TANGENT = "medit:normal", "medit:tangent"
 # Any other integer array does so when it has few values: otherwise it numbers the cells.
 MAX_LABELS = 64
-
-# A mesh is planar when no vertex is farther from its plane than this part of its extent.
-PLANARITY = {np.dtype(np.float64): 1e-6, np.dtype(np.float32): 1e-5}
 
 
 @dataclass
@@ -71,12 +75,15 @@ class Mesh:
     point_data : dict of str to (np, ...) array
     names : dict of str to (tag, dimension)
         Physical groups by name.
+    regions : tuple of str, optional
+        Arrays that make regions, instead of all that `is_tag` takes for tags.
     """
 
     points: Array
     blocks: list[Block]
     point_data: dict[str, Array] = field(default_factory=dict)
     names: dict[str, tuple[int, int]] = field(default_factory=dict)
+    regions: tuple[str, ...] | None = None
 
     def dimension(self) -> int:
         """Greatest dimension of the cells, second-order ones included; -1 without cells."""
@@ -138,76 +145,10 @@ class Simplices:
         return adjacency.boundary_facets(self.cells, self.neighbours)
 
 
-@dataclass(frozen=True)
-class Frame:
-    """A plane of space: an origin and the rows u, v, n of a right-handed orthonormal frame."""
-
-    origin: Array
-    axes: Array
-
-    def flatten(self, points: Array) -> Array:
-        """Coordinates in the plane, (np, 3) with z = 0."""
-        flat = (points - self.origin) @ self.axes.T
-        flat[:, 2] = 0.0
-        return flat
-
-    def unflatten(self, points: Array, flat: Array) -> Array:
-        """Bring plane coordinates back to space, keeping the height `points` have over it."""
-        height = (points - self.origin) @ self.axes[2]
-        return self.origin + flat[:, :2] @ self.axes[:2] + np.outer(height, self.axes[2])
-
-
 def dimension_of(cell_type: str) -> int:
     """Dimension of a cell type of any order, from its name."""
     stem = cell_type.rstrip("0123456789")
     return DIMENSION.get(stem, 3)
-
-
-def with_depth(points: Array) -> Array:
-    """The points as (np, 3) float64, z = 0 where the file has two columns."""
-    result = np.zeros((len(points), 3))
-    result[:, : points.shape[1]] = points
-    return result
-
-
-def plane_of(points: Array, triangles: Array, tolerance: float) -> Frame | None:
-    """The plane that all triangles lie in, or None.
-
-    The normal points to the side from which most of the area turns counter-clockwise. In a
-    plane normal to an axis the frame only exchanges coordinates, so that they keep every bit.
-
-    Parameters
-    ----------
-    points : (np, 3) float64
-    triangles : (n, 3) int64
-    tolerance : float
-        Greatest distance from the plane, relative to the extent of the mesh.
-    """
-    corners = points[triangles]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    used = points[np.unique(triangles)]
-    extent = float(np.max(np.ptp(used, axis=0)))
-    # Triangles may turn either way: line the normals up before adding them.
-    largest = normals[np.argmax(np.einsum("ij,ij->i", normals, normals))]
-    sides = normals @ largest
-    normal = np.sum(normals * np.where(sides < 0, -1.0, 1.0)[:, None], axis=0)
-    length = float(np.linalg.norm(normal))
-    if length == 0.0 or not np.isfinite(length):
-        return None
-    normal /= length
-    if np.sum(normals @ normal) < 0:
-        normal = -normal
-    axis = int(np.argmax(np.abs(normal)))
-    if np.ptp(used[:, axis]) <= tolerance * extent and abs(normal[axis]) > 1 - 1e-9:
-        sign = 1.0 if normal[axis] > 0 else -1.0
-        u, v = np.eye(3)[(axis + 1) % 3], sign * np.eye(3)[(axis + 2) % 3]
-        return Frame(np.zeros(3), np.stack([u, v, sign * np.eye(3)[axis]]))
-    origin = used.mean(axis=0)
-    if np.max(np.abs((used - origin) @ normal)) > tolerance * extent:
-        return None
-    u = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
-    u /= np.linalg.norm(u)
-    return Frame(origin, np.stack([u, np.cross(normal, u), normal]))
 
 
 def main_type(mesh: Mesh) -> str:
@@ -236,34 +177,52 @@ def main_type(mesh: Mesh) -> str:
 
 def is_tag(name: str, arrays: list[Array]) -> bool:
     """Whether an array over the cells tells regions apart."""
-    if any(a.dtype.kind not in "iu" or a.ndim != 1 for a in arrays):
+    if name in FLAGS or any(a.dtype.kind not in "iu" or a.ndim != 1 for a in arrays):
         return False
     return name in TAG_NAMES or len(np.unique(np.concatenate(arrays))) <= MAX_LABELS
 
 
-def tags_of(blocks: list[Block]) -> dict[str, Array]:
-    """The integer tags of the cells of some blocks, each (ne,), by name."""
+def tags_of(blocks: list[Block], regions: tuple[str, ...] | None = None) -> dict[str, Array]:
+    """The tags that make regions of the cells of some blocks, each (ne,), by name.
+
+    Parameters
+    ----------
+    regions : tuple of str, optional
+        Only these arrays; see `Mesh.regions`.
+    """
     names = [n for n in blocks[0].data if all(n in b.data for b in blocks)]
     arrays = {n: [b.data[n] for b in blocks] for n in names}
+    if regions is not None:
+        return {n: np.concatenate(arrays[n]) for n in names if n in regions}
     return {n: np.concatenate(a) for n, a in arrays.items() if is_tag(n, a)}
 
 
-def untransferred(mesh: Mesh) -> list[str]:
-    """Names of the arrays that new cells and moved vertices leave without meaning."""
+def with_regions(mesh: Mesh, names: tuple[str, ...]) -> Mesh:
+    """The mesh, in which these arrays make regions, and no others.
+
+    Raises
+    ------
+    ConfigError
+        A name is that of no array of whole numbers, one a cell, on all cells to optimize.
+    """
     blocks = main_blocks(mesh, main_type(mesh))
-    tags = tags_of(blocks)
-    cell_arrays = {name for block in blocks for name in block.data if name not in tags}
-    point_arrays = {n for n, a in mesh.point_data.items() if a.dtype.kind not in "iub"}
-    return sorted(cell_arrays | point_arrays)
+    common = [n for n in blocks[0].data if all(n in b.data for b in blocks)]
+    fit = [n for n in common if all(b.data[n].dtype.kind in "iu" and b.data[n].ndim == 1
+                                    for b in blocks)]  # fmt: skip
+    for name in names:
+        if name not in fit:
+            known = f"choose from {', '.join(fit)}" if fit else "the mesh has none"
+            raise ConfigError(f"no array {name!r} of whole numbers on all cells: {known}")
+    return replace(mesh, regions=names)
 
 
-def regions_of(blocks: list[Block]) -> Array:
+def regions_of(blocks: list[Block], regions: tuple[str, ...] | None = None) -> Array:
     """Region of each cell, (ne,) int64: a combination of tags, numbered from 0 in order.
 
     Blocks whose cells have the same tags make one region: a file may cut one region into
     several blocks.
     """
-    tags = tags_of(blocks)
+    tags = tags_of(blocks, regions)
     n_cells = sum(len(b.cells) for b in blocks)
     if not tags:
         return np.zeros(n_cells, dtype=np.int64)
@@ -319,8 +278,22 @@ def cast(mesh: Mesh) -> Simplices:
     # A file that declares every vertex (as Mmg writes them) says nothing by it.
     if len(vertices) < len(np.unique(cells)):
         fixed[vertices] = True
+    for name in (CORNER, REQUIRED):
+        if name in mesh.point_data:
+            fixed |= flagged(mesh.point_data[name])
+    required = [b.cells[flagged(b.data[REQUIRED])] for b in blocks if REQUIRED in b.data]
+    if required:  # with their facets, cells stay too
+        kept = np.concatenate(required)
+        facets = np.concatenate([facets, adjacency.facets(kept)])
+        fixed[kept] = True
     single = mesh.points.dtype == np.float32
-    return Simplices(points, cells, regions_of(blocks), fixed, facets, edges, frame, single, turned)
+    region = regions_of(blocks, mesh.regions)
+    return Simplices(points, cells, region, fixed, facets, edges, frame, single, turned)
+
+
+def flagged(values: Array) -> Array:
+    """Where an array, (n,) of numbers, is set."""
+    return np.nan_to_num(values) != 0
 
 
 def with_positive_tets(mesh: Mesh) -> tuple[Mesh, int]:
@@ -346,6 +319,9 @@ def with_positive_tets(mesh: Mesh) -> tuple[Mesh, int]:
 
 def with_simplices(mesh: Mesh, worked: Simplices, origin: Array, before: Simplices) -> Mesh:
     """Put worked cells in the place of those of a mesh, and keep all the rest.
+
+    Of the arrays on these cells and on points, only the tags that make regions are there:
+    `transfer.carry` brings the others.
 
     Parameters
     ----------
@@ -385,17 +361,13 @@ def with_simplices(mesh: Mesh, worked: Simplices, origin: Array, before: Simplic
         rows = rows[np.argsort(worked.region[rows], kind="stable")]
         tags = {
             name: values[first_of_region[worked.region[rows]]].astype(values.dtype)
-            for name, values in tags_of(old_blocks).items()
+            for name, values in tags_of(old_blocks, mesh.regions).items()
         }
         if len(rows):
             cells = worked.cells[rows]
             blocks.append(replace(block, cells=cells, data=tags))
         main += 1
-    dropped = untransferred(mesh)
-    point_data = {n: a[origin] for n, a in mesh.point_data.items() if n not in dropped}
-    for values in point_data.values():
-        values[is_new] = 0
-    return replace(mesh, points=points, blocks=blocks, point_data=point_data)
+    return replace(mesh, points=points, blocks=blocks, point_data={})
 
 
 def _homes(blocks: list[Block], region: Array) -> tuple[Array, Array]:

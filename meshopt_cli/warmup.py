@@ -26,6 +26,7 @@ from .kernels.split import sweep_split
 from .kernels.target import best_over_face, estimate_targets
 from .kernels.types import N_VERDICTS
 from .mesh import Simplices
+from .transfer import find
 from .workspace import Workspace
 
 NOTHING = np.empty(0, dtype=np.int64)
@@ -90,6 +91,7 @@ def compile_rest(work: Workspace) -> None:
     best_over_face(mesh.measure, mesh.points, 0, 1, 2)
     measures.angle_range(mesh.points, mesh.cells[:1])
     measures.angle_sums(mesh.points, mesh.cells[:1], np.zeros(4))
+    find(work.result()[0], np.zeros((1, 3)), np.zeros(1, np.int64))
 
 
 def no_counts() -> np.ndarray:

@@ -19,7 +19,6 @@ from meshopt_cli.mesh import (
     Mesh,
     cast,
     regions_of,
-    untransferred,
     with_simplices,
 )
 from meshopt_cli.workspace import Workspace
@@ -361,9 +360,6 @@ def test_integers_of_any_width_are_tags(dtype):
 def test_an_array_that_is_no_tag_makes_no_regions(values):
     blocks = tagged_cells(array=values)
     assert not np.any(regions_of(blocks))
-    n = len(values)
-    one = Mesh(np.eye(4, 3), [Block("tetra", np.tile(ints(0, 1, 2, 3), (n, 1)), blocks[0].data)])
-    assert untransferred(one) == ["array"]
 
 
 def test_as_many_values_as_labels_are_allowed_make_regions():
@@ -487,6 +483,36 @@ def test_vertices_declared_everywhere_are_ignored(n_unused):
     assert len(cells_of(result, "vertex")) == len(result.points)
 
 
+@pytest.mark.parametrize("name", ["medit:required", "medit:corner"])
+@pytest.mark.parametrize("make", [lambda: shaken(tet_grid(4)), lambda: shaken(tri_grid(6))])
+def test_required_vertices_stay_where_they_are(make, name):
+    one = make()
+    gone = set(map(tuple, one.points)) - set(map(tuple, optimized(one).points))
+    wanted = np.array([tuple(point) in gone for point in one.points])
+    wanted &= np.cumsum(wanted) % 4 == 1
+    one.point_data = {name: wanted.astype(np.uint8)}
+    result = optimized(one)
+    flags = result.point_data[name] == 1
+    assert np.array_equal(result.points[flags], one.points[wanted])
+    assert set(map(tuple, result.points)) != set(map(tuple, one.points))
+
+
+def test_required_triangles_of_a_plane_stay():
+    one = shaken(tri_grid(8))
+    (block,) = one.blocks
+    free = optimized(one)
+    lost = places(one, block.cells) - places(free, cells_of(free, "triangle"))
+    assert len(lost) > 5
+    wanted = np.array([bool(places(one, [cell]) & lost) for cell in block.cells])
+    wanted &= np.cumsum(wanted) % 5 == 1
+    block.data = {"medit:required": wanted.astype(np.uint8)}
+    result = optimized(one)
+    (after,) = result.blocks
+    flags = after.data["medit:required"] == 1
+    assert places(result, after.cells[flags]) == places(one, block.cells[wanted])
+    assert not np.array_equal(result.points, one.points)
+
+
 def test_declared_cells_are_what_is_fixed():
     one = with_block(with_block(tet_grid(2), "line", [[0, 13]]), "vertex", [[13]])
     before = cast(one)
@@ -563,8 +589,7 @@ def test_names_and_whole_numbers_of_points_are_kept():
     one = patchwork()
     result = optimized(one)
     assert result.names == one.names
-    assert untransferred(one) == ["T"]
-    assert set(result.point_data) == {"medit:ref"}
+    assert set(result.point_data) == {"medit:ref", "T"}
     number = {tuple(point): k for k, point in enumerate(one.points)}
     known = [k for k, point in enumerate(result.points) if tuple(point) in number]
     assert len(known) >= 5**3 - 3**3

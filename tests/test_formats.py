@@ -38,6 +38,8 @@ ENCODINGS += [
     Encoding("vtu", "1.0", binary=True, compressed=True),
     Encoding("vtu", "0.1", binary=True, compressed=True),
     Encoding("vtu", "0.1", binary=True),
+    Encoding("vtk", "2.0", binary=False),
+    Encoding("vtk", "3.0", binary=True),
     Encoding("vtk", "4.2", binary=False),
     Encoding("vtk", "4.2", binary=True),
     *(Encoding("meditb", version, binary=True) for version in ("3", "4")),
@@ -376,7 +378,7 @@ def test_what_is_dropped_is_named(tmp_path, caplog):
     mesh = tagged(tets(), FORMATS["gmsh"].default)
     write(tmp_path / "mesh.mesh", mesh, FORMATS["medit"].default)
     (message,) = warnings_of(caplog)
-    for what in ("physical names", "vertex", "stress", "T", GEOMETRICAL, "bounds"):
+    for what in ("names a name, with: blanks = 3, wall = 2", "stress", "T", GEOMETRICAL, "bounds"):
         assert what in message
     assert "\n" not in message
 
@@ -441,9 +443,9 @@ def test_encoding_keeps_what_the_family_of_the_source_had():
     assert encoding_for(Path("x.mesh"), Encoding("meditb", "3", binary=True)) == Encoding(
         "medit", "3", binary=False
     )
-    assert encoding_for(Path("x.vtk"), Encoding("vtk", "2.0", binary=False)) == Encoding(
-        "vtk", "4.2", binary=False
-    )
+    for old, new in (("2.0", "2.0"), ("3.0", "3.0"), ("1.0", "4.2"), ("5.0", "5.1")):
+        wanted = Encoding("vtk", new, binary=False)
+        assert encoding_for(Path("x.vtk"), Encoding("vtk", old, binary=False)) == wanted
     assert encoding_for(Path("x.vtk"), FORMATS["medit"].default) == FORMATS["vtk"].default
     plain = Encoding("vtu", "0.1", binary=True)
     assert encoding_for(Path("x.vtu"), plain) == plain
@@ -760,9 +762,10 @@ def test_medit_sections_that_mmg_writes(tmp_path, caplog):
         ("line", [[0, 1]], [8]),
         ("tetra", [[0, 1, 2, -1]], [7]),
     ]
+    assert mesh.point_data["medit:required"].tolist() == [0, 1, 0, 0]
+    assert mesh.blocks[0].data["medit:required"].tolist() == [1]
     (message,) = warnings_of(caplog)
-    assert "RequiredVertices, RequiredEdges, Geometry" in message
-    assert "Corners" not in message
+    assert message == "of the Medit file are dropped: Geometry"
 
 
 def test_medit_single_precision_keeps_large_references(tmp_path):
@@ -786,8 +789,108 @@ def test_medit_binary_sections_are_skipped_by_their_length(tmp_path, caplog):
     end = data[-8:]
     corners = np.array([13, len(data) - 8 + 16, 1, 2], "<i4").tobytes()
     path.write_bytes(data[:-8] + corners + end)
+    mesh.point_data["medit:corner"] = np.array([0, 1, 0, 0, 0], np.uint8)
     assert_same(read(path)[0], mesh)
-    assert "Corners" in warnings_of(caplog)[0]
+    periods = np.array([61 + 20, len(data) - 8 + 16, 1, 2], "<i4").tobytes()
+    path.write_bytes(data[:-8] + periods + end)
+    read(path)
+    assert "are dropped" in warnings_of(caplog)[0]
+
+
+def with_lists(mesh):
+    """A mesh of tets with everything that Medit says of vertices and cells."""
+    n = len(mesh.points)
+    flags = np.arange(n) % 2
+    mesh.point_data = {REF: np.arange(n), "medit:corner": (1 - flags).astype(np.uint8)}
+    mesh.point_data["medit:required"] = flags.astype(np.uint8)
+    for name in ("medit:normal", "medit:tangent"):
+        vectors = mesh.points.clip(-1, 1) + 1 / 3
+        vectors[flags == 0] = np.nan
+        mesh.point_data[name] = vectors
+    for i, block in enumerate(mesh.blocks):
+        block.data = {REF: np.full(len(block.cells), i)}
+        if block.type in ("line", "triangle"):
+            block.data["medit:required"] = np.array([1] * len(block.cells), np.uint8)
+        if block.type == "line":
+            block.data["medit:ridge"] = np.array([0, 1], np.uint8)
+    mesh.blocks = merged(mesh.blocks[1:])
+    return mesh
+
+
+def unlisted(arrays):
+    """Arrays by name, without regard to their order and the kind of their numbers."""
+    return {n: np.nan_to_num(np.asarray(a, float), nan=-9).tolist() for n, a in arrays.items()}
+
+
+@pytest.mark.parametrize("target", ENCODINGS, ids=name_of)
+def test_lists_of_medit_survive_in_every_format(tmp_path, caplog, target):
+    mesh = with_lists(tets())
+    original = FORMATS["medit"].default
+    write(tmp_path / "one.mesh", mesh, original)
+    first, _ = read(tmp_path / "one.mesh")
+    assert_same(mesh, first)
+    second = path_for(tmp_path, target).with_stem("two")
+    write(second, first, target)
+    write(tmp_path / "three.mesh", read(second)[0], original)
+    last, _ = read(tmp_path / "three.mesh")
+    assert unlisted(last.point_data) == unlisted(mesh.point_data)
+    assert [b.type for b in last.blocks] == [b.type for b in mesh.blocks]
+    for one, other in zip(mesh.blocks, last.blocks, strict=True):
+        assert unlisted(one.data) == {
+            n: a for n, a in unlisted(other.data).items() if n in one.data or np.any(a)
+        }
+    lost = [m for m in warnings_of(caplog) if "gmsh:" not in m and "entities of nodes" not in m]
+    assert lost == []
+
+
+@pytest.mark.parametrize("section", ["RequiredVertices", "Ridges", "NormalAtVertices"])
+def test_medit_lists_of_what_is_not_there(tmp_path, caplog, section):
+    """Mmg writes such tangents: they are no reason to refuse a mesh."""
+    numbers = "3 2\n3 1" if section == "NormalAtVertices" else "9\n1"
+    text = MEDIT.replace("RequiredVertices\n1\n2\n", "").replace("Geometry", "Comment")
+    text = text.replace("Corners\n0", f"Normals\n1\n0 0 1\n{section}\n2\n{numbers}")
+    mesh, _ = read(text_mesh(tmp_path, text, "mesh.mesh"))
+    assert f"{section} with numbers of what is not there" in warnings_of(caplog)[0]
+    if section == "NormalAtVertices":
+        assert np.isfinite(mesh.point_data["medit:normal"]).all(axis=1).tolist() == [0, 0, 1, 0]
+    elif section == "Ridges":
+        assert mesh.blocks[0].data["medit:ridge"].tolist() == [1]
+    else:
+        assert mesh.point_data["medit:required"].tolist() == [1, 0, 0, 0]
+
+
+def test_medit_normals_without_vertices_are_named(tmp_path, caplog):
+    text = MEDIT.replace("Corners\n0", "Normals\n1\n0 0 1")
+    mesh, _ = read(text_mesh(tmp_path, text, "mesh.mesh"))
+    assert "medit:normal" not in mesh.point_data
+    assert "Normals" in warnings_of(caplog)[0]
+
+
+def test_gmsh_points_become_references_of_required_vertices(tmp_path, caplog):
+    mesh = tets()
+    for i, block in enumerate(mesh.blocks):
+        block.data = {PHYSICAL: np.full(len(block.cells), 5 + i)}
+    write(tmp_path / "mesh.mesh", mesh, FORMATS["medit"].default)
+    assert warnings_of(caplog) == []
+    again, _ = read(tmp_path / "mesh.mesh")
+    assert again.point_data[REF].tolist() == [5, 0, 0, 0, 0]
+    assert again.point_data["medit:required"].tolist() == [1, 0, 0, 0, 0]
+
+
+@pytest.mark.parametrize(
+    ("name", "key"), [("medit", REF), ("gmsh", PHYSICAL), ("gmsh22", PHYSICAL)]
+)
+def test_arrays_of_any_name_that_make_regions_become_groups(tmp_path, name, key):
+    mesh = tets()
+    for i, block in enumerate(mesh.blocks):
+        block.data = {
+            "x": np.full(len(block.cells), 0.5),
+            "layer": np.full(len(block.cells), 3 + i),
+        }
+    path = path_for(tmp_path, FORMATS[name].default)
+    write(path, mesh, FORMATS[name].default)
+    tets_of = [b.data[key] for b in read(path)[0].blocks if b.type == "tetra"]
+    assert np.concatenate(tets_of).tolist() == [6, 7]
 
 
 def test_medit_binary_of_the_other_byte_order(tmp_path):
@@ -810,7 +913,7 @@ def test_medit_binary_of_the_other_byte_order(tmp_path):
         ("Dimension 3", "Dimension 4", ("Dimension",)),
         ("Formatted\n3", "Formatted\n9", ("MeshVersionFormatted",)),
         ("\nVertices", "\nSomethings", ("Vertices",)),
-        ("1 2 3 0 7", "1 2 3 0.5 7", ("malformed",)),
+        ("1 2 3 0 7", "1 2 3 0.5 7", ("a number was expected",)),
     ],
 )
 def test_medit_files_that_are_refused(tmp_path, old, new, words):

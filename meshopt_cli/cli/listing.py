@@ -59,7 +59,7 @@ def command(table: str) -> None:
     """List passes, measures, formats, rules or presets."""
     from rich.table import Table
 
-    from .terminal import stdout_console
+    from .terminal import report_console
 
     grid = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
     shown = rows(table)
@@ -67,7 +67,7 @@ def command(table: str) -> None:
         grid.add_column(no_wrap=column == 0)
     for row in shown:
         grid.add_row(*row)
-    console = stdout_console()
+    console = report_console()
     console.print(grid)
     if table == "passes":
         for row in shown:

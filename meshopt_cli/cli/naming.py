@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 
-from ..errors import BadMeshError, InvariantError, UnsupportedMeshError
+from ..errors import BadMeshError, ConfigError, InvariantError, UnsupportedMeshError
 
 
 @contextlib.contextmanager
@@ -14,6 +14,6 @@ def naming(path: Path) -> Iterator[None]:
     """Put the name of the file before what is said of the mesh in it."""
     try:
         yield
-    except (BadMeshError, UnsupportedMeshError, InvariantError) as error:
+    except (BadMeshError, ConfigError, UnsupportedMeshError, InvariantError) as error:
         error.args = (f"{path}: {error}", *error.args[1:])
         raise

@@ -16,7 +16,8 @@ from .options import Number, measure_option, verbosity_options
 COMMAND_HELP = """Optimize the mesh in INPUT and write it to OUTPUT.
 
 The boundary, the interfaces between regions and the facets that the file declares stay
-exactly as they are; the result is never worse than the input.
+exactly as they are; the result is never worse than the input. Files that end in .gz are
+compressed; - stands for stdin or stdout, and then the report goes to stderr.
 """
 
 
@@ -49,6 +50,16 @@ exactly as they are; the result is never worse than the input.
     help="Write nothing and exit with 1 when a cell stays worse than Q.",
 )  # fmt: skip
 @click.option("--file-format", metavar="NAME", help="Format of OUTPUT; see `meshopt list formats`.")
+@click.option("--input-format", metavar="NAME", help="Format of INPUT, whatever its name.")
+@click.option(
+    "--ascii/--binary", "ascii", default=None,
+    help="Write text or binary, where the format has both; as INPUT was without.",
+)  # fmt: skip
+@click.option(
+    "--region", "regions", multiple=True, metavar="NAME",
+    help="An array of the cells that makes regions, instead of all tags; repeatable.",
+)  # fmt: skip
+@click.option("--no-data", is_flag=True, help="Drop all arrays but tags.")
 @click.option("--in-place", is_flag=True, help="OUTPUT may be INPUT, and is when it is left out.")
 @verbosity_options
 def command(
@@ -66,12 +77,16 @@ def command(
     as_json: bool,
     fail_above: float | None,
     file_format: str | None,
+    input_format: str | None,
+    ascii: bool | None,
+    regions: tuple[str, ...],
+    no_data: bool,
     in_place: bool,
     verbosity: int,
 ) -> int:
     from .. import formats
     from ..job import InvalidMeshError, optimize
-    from ..mesh import main_type
+    from ..mesh import main_type, with_regions
     from .config import Request, plan_for
     from .findings import show_findings
     from .output import form_of, print_report, report_of, write_reports
@@ -84,33 +99,37 @@ def command(
     for path in reports:
         form_of(path)
     clock = [time.perf_counter()]
-    mesh, source = formats.read(input)
+    mesh, source = formats.read(input, input_format)
     with naming(input):
         main_type(mesh)
+        if regions:
+            mesh = with_regions(mesh, regions)
     plan = plan_for(request, mesh.dimension())
-    encoding = formats.encoding_for(output, source.encoding, file_format)
+    binary = None if ascii is None else not ascii
+    encoding = formats.encoding_for(output, source.encoding, file_format, binary)
     clock.append(time.perf_counter())
     compile_kernels(verbosity < 0)
     needs_all = as_json or any(r.suffix.lower() == ".json" for r in reports)
     try:
         with progress(verbosity < 0) as observer, naming(input):
-            result = optimize(mesh, plan.pipeline, plan.measure, observer, needs_all)
+            result = optimize(mesh, plan.pipeline, plan.measure, observer, needs_all, not no_data)
     except InvalidMeshError as error:
         show_findings(input, source, error.mesh, error.report, err=True)
         raise
     clock.append(time.perf_counter())
     failed = fail_above is not None and result.after.worst > fail_above
-    if not failed:
-        formats.write(output, result.mesh, encoding)
+    written = None if failed else formats.write(output, result.mesh, encoding)
     clock.append(time.perf_counter())
     seconds = dict(
         zip(("read", "optimize", "write"), (b - a for a, b in pairwise(clock)),
             strict=True)
     )  # fmt: skip
-    report = report_of(source, result, seconds, None if failed else (output, encoding))
+    report = report_of(source, result, seconds, written)
     write_reports(reports, [report], verbosity)
     if as_json or verbosity >= 0:
-        print_report([report], "json" if as_json else "table", verbosity)
+        # where the mesh goes to stdout, it is all that does
+        err = output == formats.PIPE and not failed
+        print_report([report], "json" if as_json else "table", verbosity, err)
     if failed:
         click.echo(
             f"meshopt: {input}: the worst Q stays at {result.after.worst:.4g}, above "
@@ -129,10 +148,15 @@ def _output(input: Path, output: Path | None, in_place: bool) -> Path:
     ConfigError
         OUTPUT is missing, or is INPUT without `--in-place`.
     """
+    pipe = Path("-")
     if output is None:
+        if input == pipe:
+            raise ConfigError("OUTPUT is missing: - is stdout")
         if not in_place:
             raise ConfigError("OUTPUT is missing (with --in-place it may be)")
         return input
+    if pipe in (input, output):
+        return output
     same = os.path.exists(output) and os.path.exists(input) and os.path.samefile(input, output)
     if same and not in_place:
         raise ConfigError(f"{output} is the input itself: add --in-place to replace it")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +12,7 @@ from ..errors import ConfigError, WriteError
 from ..report.model import FileFacts, PassFacts, Report
 
 if TYPE_CHECKING:
-    from ..formats import Encoding, Source
+    from ..formats import Source, Written
     from ..job import Result
 
 # How a report can be written, by the suffix of its file.
@@ -29,14 +28,10 @@ def report_of(
     source: Source,
     result: Result,
     seconds: dict[str, float],
-    written: tuple[Path, Encoding] | None,
+    written: Written | None,
 ) -> Report:
     """The report of an optimization; `written` is None when nothing was."""
-    output = None
-    if written is not None:
-        path, encoding = written
-        digest = hashlib.sha256(path.read_bytes()).hexdigest()
-        output = FileFacts(str(path), encoding.format, digest)
+    output = None if written is None else facts_of(written)
     passes = tuple(
         PassFacts(
             line.round,
@@ -59,6 +54,7 @@ def report_of(
         passes,
         result.outcome.stopped,
         seconds,
+        () if written is None else written.lost,
     )
 
 
@@ -84,14 +80,14 @@ def as_text(reports: list[Report], form: str, verbosity: int = 0) -> str:
     return capture.get()
 
 
-def print_report(reports: list[Report], form: str, verbosity: int = 0) -> None:
-    """Print reports on stdout."""
+def print_report(reports: list[Report], form: str, verbosity: int = 0, err: bool = False) -> None:
+    """Print reports on stdout, or on stderr."""
     if form != "table":
-        click.echo(as_text(reports, form), nl=False)
+        click.echo(as_text(reports, form), nl=False, err=err)
         return
-    from .terminal import is_plain, stdout_console
+    from .terminal import is_plain, report_console
 
-    _print_tables(stdout_console(), reports, is_plain(), verbosity > 0)
+    _print_tables(report_console(err), reports, is_plain(err), verbosity > 0)
 
 
 def _print_tables(console, reports: list[Report], plain: bool, each_round: bool) -> None:

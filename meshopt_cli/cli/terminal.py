@@ -34,22 +34,23 @@ def set_up_log(verbosity: int) -> None:
     log.setLevel(levels.get(verbosity, logging.INFO))
 
 
-def is_plain() -> bool:
-    """Whether output must do without blocks and colours."""
-    encoding = (getattr(sys.stdout, "encoding", None) or "ascii").lower()
+def is_plain(err: bool = False) -> bool:
+    """Whether stdout, or stderr, must do without blocks and colours."""
+    encoding = (getattr(sys.stderr if err else sys.stdout, "encoding", None) or "ascii").lower()
     return not encoding.startswith("utf") or os.environ.get("TERM") == "dumb"
 
 
-def stdout_console() -> Console:
-    """Where a report goes: colours on a terminal only, and wide enough in a pipe."""
+def report_console(err: bool = False) -> Console:
+    """Where a report goes, with colours on a terminal only, and wide enough in a pipe."""
     from rich.console import Console
 
-    class Stdout(Console):
+    class Stream(Console):
         def on_broken_pipe(self) -> None:
             raise BrokenPipeError
 
-    return Stdout(
-        width=None if sys.stdout.isatty() else 120,
+    return Stream(
+        stderr=err,
+        width=None if (sys.stderr if err else sys.stdout).isatty() else 120,
         color_system=None if os.environ.get("NO_COLOR") else "auto",
         highlight=False,
         emoji=False,

@@ -1,32 +1,30 @@
 """Files of meshes: which there are, what they are like inside, reading and writing.
 
 What came in goes out: version, text or binary, names, tags, cells of lower dimension,
-arrays, and every bit of every coordinate. What a format cannot hold is dropped with a
-warning that names it. Reading and writing go through meshio, which is imported here only,
-and not before it is needed; what a format needs besides stands in a module of its own.
+arrays, and every bit of every coordinate. Files may be compressed, or pipes. What a format
+cannot hold is dropped with a warning that names it. Reading and writing go through meshio,
+which is imported here only, and not before it is needed; what a format needs besides stands
+in a module of its own.
 """
 
 from __future__ import annotations
 
-import contextlib
-import hashlib
 import logging
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 
 from ..errors import ConfigError, ReadError, WriteError
 from ..mesh import Array, Block, Mesh
-from .atomic import replacing
 from .numbering import Numbering, numbering
 from .sniff import HEAD, Encoding, UnreadableError, encoding_of
+from .streams import PIPE, ZIPPED, as_file, contents, extension, written
 from .table import FORMATS, Format
-from .vtk import VTU_VERSIONS
+from .vtk import VTK_VERSIONS, VTU_VERSIONS
 
-__all__ = ["FORMATS", "Encoding", "Format", "Numbering", "Source", "encoding_for"]
+__all__ = ["FORMATS", "PIPE", "Encoding", "Format", "Numbering", "Source", "Written"]
+__all__ += ["encoding_for"]
 __all__ += ["numbering", "read", "sniff", "write"]
 
 log = logging.getLogger("meshopt")
@@ -49,6 +47,19 @@ class Source:
     sha256: str
 
 
+@dataclass(frozen=True)
+class Written(Source):
+    """The file that a mesh was written to.
+
+    Attributes
+    ----------
+    lost : tuple of str
+        What of the mesh its format cannot hold.
+    """
+
+    lost: tuple[str, ...] = ()
+
+
 def sniff(path: Path) -> Encoding:
     """Find out what a file is, from its first bytes.
 
@@ -57,12 +68,18 @@ def sniff(path: Path) -> Encoding:
     ReadError
         It cannot be opened, has an unknown extension, or is no known kind of mesh.
     """
-    with _opened(path) as stream:
-        return _sniff(path, stream.read(HEAD))
+    return _sniff(path, _contents(path, HEAD)[0], None)
 
 
-def read(path: Path) -> tuple[Mesh, Source]:
+def read(path: Path, file_format: str | None = None) -> tuple[Mesh, Source]:
     """Read a mesh from a file.
+
+    Parameters
+    ----------
+    path : Path
+        `PIPE` stands for stdin. Compressed files are known by their content.
+    file_format : str, optional
+        The key of `FORMATS` that it must have, whatever its extension.
 
     Returns
     -------
@@ -73,52 +90,69 @@ def read(path: Path) -> tuple[Mesh, Source]:
 
     Raises
     ------
+    ConfigError
+        There is no format of that name.
     ReadError
         With one line that says what is wrong with which file.
     """
     path = Path(path)
-    with _opened(path) as stream:
-        head = stream.read(HEAD)
-        encoding = _sniff(path, head)
-        data = head + stream.read()
+    wanted = None if file_format is None else _row(file_format)
+    data, digest = _contents(path)
+    encoding = _sniff(path, data[:HEAD], wanted)
     row = FORMATS[encoding.format]
     try:
-        with np.errstate(invalid="raise"):  # where a NaN stands for an integer
-            mesh = _owned(row.read(path, data, encoding))
+        # numpy stops where a NaN stands for an integer
+        with np.errstate(invalid="raise"), as_file(path, data) as plain:
+            mesh = _owned(row.read(plain, data, encoding))
     except (Exception, SystemExit) as error:  # meshio raises anything
         reason = _one_line(error)
         if not isinstance(error, UnreadableError):
             reason = f"truncated or malformed ({reason})"
         raise ReadError(f"{path}: not a readable {row.title} file: {reason}") from error
-    return mesh, Source(path, encoding, hashlib.sha256(data).hexdigest())
+    return mesh, Source(path, encoding, digest)
 
 
 def encoding_for(
-    path: Path, source: Encoding | None = None, file_format: str | None = None
+    path: Path,
+    source: Encoding | None = None,
+    file_format: str | None = None,
+    binary: bool | None = None,
 ) -> Encoding:
     """Choose what to write: the format by its name or by the extension, the rest as it was.
 
     Parameters
     ----------
     path : Path
-        Where to write.
+        Where to write. A pipe gets the format of the source.
     source : Encoding, optional
         What was read. A format of the same family keeps its version if it has it, and
         text or binary where the extension does not say it.
     file_format : str, optional
         A key of `FORMATS`, which goes before the extension.
+    binary : bool, optional
+        Binary or text, whatever the source was.
 
     Raises
     ------
     ConfigError
-        There is no format of that name.
+        There is no format of that name, or it is either text or binary by its name.
     WriteError
         The extension is unknown.
     """
+    new = _encoding_for(path, source, file_format)
+    if binary is None or binary == new.binary:
+        return new
+    row = FORMATS[new.format]
+    if row.family == "medit":
+        raise ConfigError(f"{path}: Medit's files are text in .mesh, and binary in .meshb")
+    return replace(new, binary=binary, compressed=binary and row.default.compressed)
+
+
+def _encoding_for(path: Path, source: Encoding | None, file_format: str | None) -> Encoding:
     if file_format is not None:
-        if file_format not in FORMATS:
-            raise ConfigError(f"no format {file_format!r}: choose one of {', '.join(FORMATS)}")
-        row = FORMATS[file_format]
+        row = _row(file_format)
+    elif path == PIPE and source is not None:
+        row = FORMATS[source.format]
     else:
         rows = _with_extension(path)
         if not rows:
@@ -132,21 +166,28 @@ def encoding_for(
     if row.family == "medit":
         return replace(new, version=source.version)
     if row.family == "vtk":
-        return replace(source, version="4.2" if source.version < "5" else "5.1")
+        later = "4.2" if source.version < "5" else "5.1"
+        return replace(source, version=source.version if source.version in VTK_VERSIONS else later)
     return source if source.version in VTU_VERSIONS else replace(source, version=new.version)
 
 
-def write(path: Path, mesh: Mesh, encoding: Encoding) -> None:
+def write(path: Path, mesh: Mesh, encoding: Encoding) -> Written:
     """Write a mesh to a file, which has all of it at once or stays as it was.
 
     Parameters
     ----------
     path : Path
         Through a symbolic link, the file behind it is replaced. An older file hands
-        its permissions on.
+        its permissions on. A name that ends in `.gz` makes a compressed file, and `PIPE`
+        stands for stdout.
     mesh : Mesh
     encoding : Encoding
         From `encoding_for`.
+
+    Returns
+    -------
+    Written
+        With what the format cannot hold, of which there is a warning too.
 
     Raises
     ------
@@ -154,26 +195,32 @@ def write(path: Path, mesh: Mesh, encoding: Encoding) -> None:
         With one line that says what is wrong with which file.
     """
     row = FORMATS[encoding.format]
+    digest: list[str] = []
     try:
         fitted, dropped = row.fit(mesh, encoding)
-        with replacing(path) as temporary:
+        with written(path, digest) as temporary:
             row.write(temporary, fitted, encoding)
     except OSError as error:
         raise WriteError(f"{path}: cannot be written: {_reason(error)}") from error
     except Exception as error:
         raise WriteError(f"{path}: cannot be written as {row.title}: {_one_line(error)}") from error
-    if dropped:
-        what = ", ".join(dict.fromkeys(dropped))
-        log.warning("%s: %s cannot hold %s: dropped", path, row.title, what)
+    lost = tuple(dict.fromkeys(dropped))
+    if lost:
+        log.warning("%s: %s cannot hold %s: dropped", path, row.title, ", ".join(lost))
+    return Written(path, encoding, digest[0], lost)
 
 
-@contextlib.contextmanager
-def _opened(path: Path) -> Iterator[BinaryIO]:
+def _contents(path: Path, size: int = -1) -> tuple[bytes, str]:
     try:
-        with open(path, "rb") as stream:
-            yield stream
+        return contents(path, size)
     except OSError as error:
         raise ReadError(f"{path}: cannot be read: {_reason(error)}") from error
+
+
+def _row(file_format: str) -> Format:
+    if file_format not in FORMATS:
+        raise ConfigError(f"no format {file_format!r}: choose one of {', '.join(FORMATS)}")
+    return FORMATS[file_format]
 
 
 def _reason(error: OSError) -> str:
@@ -185,16 +232,17 @@ def _one_line(error: BaseException) -> str:
 
 
 def _extensions() -> str:
-    return ", ".join(dict.fromkeys(e for row in FORMATS.values() for e in row.extensions))
+    known = dict.fromkeys(e for row in FORMATS.values() for e in row.extensions)
+    return f"{', '.join(known)}, and these with {ZIPPED}"
 
 
 def _with_extension(path: Path) -> list[Format]:
-    extension = Path(path).suffix.lower()
-    return [row for row in FORMATS.values() if extension in row.extensions]
+    end = extension(Path(path))
+    return [row for row in FORMATS.values() if end in row.extensions]
 
 
-def _sniff(path: Path, head: bytes) -> Encoding:
-    rows = _with_extension(path)
+def _sniff(path: Path, head: bytes, wanted: Format | None) -> Encoding:
+    rows = [wanted] if wanted else list(FORMATS.values()) if path == PIPE else _with_extension(path)
     if not rows:
         raise ReadError(f"{path}: unknown extension: known are {_extensions()}")
     if not head:
@@ -205,9 +253,12 @@ def _sniff(path: Path, head: bytes) -> Encoding:
         found = encoding_of(head)
     except UnreadableError as error:
         raise ReadError(f"{path}: {error}") from None
+    kind = "mesh" if path == PIPE and not wanted else rows[0].title
     if found is None:
-        raise ReadError(f"{path}: not a {rows[0].title} file")
-    if FORMATS[found.format].family != rows[0].family:
+        raise ReadError(f"{path}: not a {kind} file")
+    if wanted and FORMATS[found.format].family != wanted.family:
+        raise ReadError(f"{path}: not a {kind} file, but {found.format}")
+    if all(FORMATS[found.format].family != row.family for row in rows):
         log.warning("%s: named like %s, but it is %s", path, rows[0].title, found.format)
     return found
 

@@ -14,11 +14,9 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..mesh import Array, Block, dimension_of
+from ..mesh import DIM_TAGS, GEOMETRICAL, PHYSICAL, Array, Block, dimension_of
 
-PHYSICAL = "gmsh:physical"
-GEOMETRICAL = "gmsh:geometrical"
-DIM_TAGS = "gmsh:dim_tags"
+__all__ = ["DIM_TAGS", "GEOMETRICAL", "PHYSICAL", "by_entity", "classify", "write"]
 
 
 def by_entity(blocks: list[Block]) -> list[Block]:
@@ -43,10 +41,11 @@ def by_entity(blocks: list[Block]) -> list[Block]:
                 fits = group_of.setdefault((dimension, tag), group) == group
                 top[dimension] += not fits
                 homes[dimension, tag, group] = tag if fits else top[dimension]
-            data = {name: values[here] for name, values in block.data.items()}
+            rows = slice(None) if len(here) == len(block.cells) else here
+            data = {name: values[rows] for name, values in block.data.items()}
             data[GEOMETRICAL] = np.full(len(here), homes[dimension, tag, group])
             data[PHYSICAL] = np.full(len(here), group)
-            parts.append(Block(block.type, block.cells[here], data, block.entities))
+            parts.append(Block(block.type, block.cells[rows], data, block.entities))
     return parts
 
 
@@ -106,11 +105,16 @@ def _key(block: Block) -> tuple[int, int]:
 
 def _used(block: Block, n: int) -> Array:
     """Points that the cells of a block use, but numbers out of range."""
-    return np.unique(block.cells[(block.cells >= 0) & (block.cells < n)])
+    used = np.zeros(n, bool)
+    used[block.cells[(block.cells >= 0) & (block.cells < n)]] = True
+    return np.flatnonzero(used)
 
 
 def _alike(keys: Array) -> Iterator[tuple[tuple[int, int], Array]]:
     """Go through the distinct rows of two columns, in order, and where each of them is."""
+    if len(keys) and (keys == keys[0]).all():  # as most blocks are
+        yield (int(keys[0, 0]), int(keys[0, 1])), np.arange(len(keys))
+        return
     order = np.lexsort((keys[:, 1], keys[:, 0]))
     ordered = keys[order]
     cuts = np.flatnonzero((ordered[1:] != ordered[:-1]).any(axis=1)) + 1

@@ -2,9 +2,7 @@
 
 The sections are read and written by functions of meshio, but these:
 
-- elements of 4.1 are read here, since meshio discards their numbers, by which views go,
-  refuses physical groups on part of the entities, and fails on the node 0 or one beyond
-  the last (in 2.2, its inner function leaves node numbers alone);
+- elements are read by `gmsh_elements`;
 - views are read and written here, since meshio takes them for lists of all elements in
   order, and does not write their numbers as numbers in text;
 - entities are written by `entities`, which says why;
@@ -22,10 +20,11 @@ from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 
-from ..mesh import Array, Block, Mesh
-from . import entities
+from ..mesh import Array, Mesh
+from . import entities, gmsh_elements
 from .bridge import listening
 from .entities import DIM_TAGS, GEOMETRICAL, PHYSICAL
+from .gmsh_elements import cell_types
 from .sniff import Encoding, UnreadableError, gmsh_header
 from .text import lines
 
@@ -36,13 +35,6 @@ log = logging.getLogger("meshopt")
 
 VIEW_WIDTHS = (1, 3, 9)  # components of a value in a view
 _SECTION = re.compile(rb"^\$(\w+)[ \t]*\r?\n", re.MULTILINE)
-
-
-def cell_types() -> dict[str, int]:
-    """Gmsh's number of each type of element, by its name in a Block."""
-    from meshio.gmsh.common import _meshio_to_gmsh_type
-
-    return _meshio_to_gmsh_type
 
 
 def read(path: Path, data: bytes, encoding: Encoding) -> Mesh:
@@ -75,9 +67,9 @@ def read(path: Path, data: bytes, encoding: Encoding) -> Mesh:
                 points, tags, dim_tags = _gmsh41._read_nodes(f, text, size)
                 nodes = (points, tags + 1, dim_tags)
             elif section == "Elements" and old:
-                elements = _read_elements_22(f, text, content, notes)
+                elements = gmsh_elements.read_22(content, text, notes)
             elif section == "Elements":
-                elements = _read_elements_41(f, text, size, groups, bounds, notes)
+                elements = gmsh_elements.read_41(content, text, size, groups, bounds, notes)
             elif section in ("NodeData", "ElementData"):
                 views.append((section, *_read_view(f, text)))
             elif section != "Comments":
@@ -132,70 +124,6 @@ def _places(numbers: Array, wanted: Array) -> Array:
     at = np.searchsorted(numbers, wanted, sorter=order)
     at = order[np.minimum(at, len(numbers) - 1)]
     return np.where(numbers[at] == wanted, at, -1)
-
-
-# Blocks with numbers of nodes in the place of cells, and the numbers of the elements of each.
-_Elements = tuple[list[Block], list[Array]]
-
-
-def _read_elements_22(f: BinaryIO, text: bool, content: bytes, notes: list[str]) -> _Elements:
-    from meshio.gmsh import _gmsh22
-
-    n = int(f.readline())
-    cells: list[tuple[str, Array]] = []
-    tags: dict[str, list[Array]] = {}
-    if text:
-        _gmsh22._read_cells_ascii(f, cells, tags, n)
-        lines = content.split(b"\n", n + 1)[1 : n + 1]
-        numbers = np.array([line.split(None, 1)[0] for line in lines], np.int64)
-    else:
-        _gmsh22._read_cells_binary(f, cells, tags, n)
-        numbers = np.arange(1, n + 1)  # as Gmsh writes them
-    if any(len(row) > 2 for rows in tags.values() for row in rows):
-        notes.append("the partitions of the elements in the Gmsh file are dropped")
-    of_type = {kind: iter(rows) for kind, rows in tags.items()}
-    blocks = []
-    for kind, nodes in cells:
-        pairs = [(*next(of_type[kind]), 0, 0)[:2] for _ in nodes]
-        physical, entity = np.array(pairs, np.int64).reshape(-1, 2).T
-        named = {PHYSICAL: physical, GEOMETRICAL: entity}
-        blocks.append(Block(kind, nodes.astype(np.int64) + 1, named))
-    ends = np.cumsum([0, *(len(nodes) for _, nodes in cells)])
-    return blocks, [numbers[start:end] for start, end in pairwise(ends)]
-
-
-def _read_elements_41(
-    f: BinaryIO, text: bool, size: int, groups: list[dict], bounds: list[dict], notes: list[str]
-) -> _Elements:
-    from meshio._common import num_nodes_per_cell
-
-    def take(kind: str, count: int) -> Array:
-        return np.fromfile(f, kind, count, " " if text else "")
-
-    known = {code: kind for kind, code in cell_types().items()}
-    found = [group for groups_of in groups for group in groups_of.values() if group]
-    if any(len(group) > 1 for group in found):
-        notes.append("of entities in several physical groups, only the first is kept")
-    n_blocks, n, _, _ = take(f"i{size}", 4)
-    blocks, numbers = [], []
-    for _ in range(n_blocks):
-        dimension, tag, code = take("i4", 3)
-        (count,) = take(f"i{size}", 1)
-        if code not in known:
-            raise UnreadableError(f"elements of type {code} are not supported")
-        width = 1 + num_nodes_per_cell[known[code]]
-        rows = take(f"i{size}", count * width).reshape(count, width)
-        tags = {GEOMETRICAL: np.full(count, tag, np.int64)}
-        if found:
-            physical = next(iter(groups[dimension].get(tag, ())), 0)
-            tags = {PHYSICAL: np.full(count, physical, np.int64), **tags}
-        bound = bounds[dimension].get(tag, ()) if bounds else ()
-        bound = np.array(bound, np.int64) if len(bound) else None
-        blocks.append(Block(known[code], rows[:, 1:], tags, bound))
-        numbers.append(rows[:, 0])
-    if sum(map(len, numbers)) != n:
-        raise UnreadableError(f"{n} elements are announced, and another number found")
-    return blocks, numbers
 
 
 def _read_view(f: BinaryIO, text: bool) -> tuple[str, Array, Array]:
@@ -313,6 +241,8 @@ def _write_view(
     f: BinaryIO, section: str, name: str, rows: Array, values: Array, binary: bool
 ) -> None:
     values = values.reshape(len(rows), -1).astype(np.float64)
+    there = ~np.isnan(values).all(axis=1)
+    rows, values = rows[there], values[there]
     width = values.shape[1]
     title = name.replace('"', "'").replace("\n", " ")
     head = f'${section}\n1\n"{title}"\n1\n0.0\n3\n0\n{width}\n{len(rows)}\n'

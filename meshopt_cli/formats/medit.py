@@ -1,9 +1,8 @@
 """Medit's `.mesh` (text) and `.meshb` (binary).
 
-Both are read by meshio, once the sections are taken out that it refuses, like
-RequiredEdges, or discards. In text it also wants each count on a line of its own, knows
-versions 1 and 2 only, and in version 1 rounds large references: so the text is set anew
-in version 2.
+Binary is read by meshio, once the sections are taken out that it refuses or discards, which
+`medit_lists` looks after. Text is taken apart here: meshio wants each count on a line of its
+own, knows versions 1 and 2 only, rounds large references in version 1, and is slow.
 
 Both are written here. Of binary, meshio has versions 3 and 4 only, so that a file would
 lose its version, and single precision with it; text it formats row by row.
@@ -14,18 +13,19 @@ from __future__ import annotations
 import logging
 import re
 import struct
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
-from ..mesh import Array, Block, Mesh
+from ..mesh import REF, Array, Block, Mesh
+from . import medit_lists
 from .bridge import from_meshio, listening, prepared
 from .sniff import Encoding, UnreadableError
-from .text import lines
+from .text import lines, rows_of
 
 log = logging.getLogger("meshopt")
 
-REF = "medit:ref"
 # section and its code in binary files of each type of cell
 _CELLS = {
     "line": ("Edges", 5),
@@ -39,10 +39,12 @@ _CELLS = {
 NAMES = {cell_type: name for cell_type, (name, _) in _CELLS.items()}
 CODES = {cell_type: code for cell_type, (_, code) in _CELLS.items()}
 _DIMENSION, _VERTICES, _END = 3, 4, 54
-_SECTIONS = ["Vertices", *NAMES.values(), "Hexaedra"]  # as some programs spell it
-_VERSION = b"MeshVersionFormatted"
-_ONE_OF = {_VERSION: (b"1", b"2", b"3", b"4"), b"Dimension": (b"2", b"3")}
+_TYPES = {name: cell_type for cell_type, name in NAMES.items()}
+_TYPES["Hexaedra"] = "hexahedron"  # as some programs spell it
+_VALUES = {"MeshVersionFormatted": (b"1", b"2", b"3", b"4"), "Dimension": (b"2", b"3")}
 _KEYWORD = re.compile(rb"[A-Z][A-Za-z]{2,}\w*")
+_WIDTH = {"line": 2, "triangle": 3, "quad": 4, "tetra": 4, "pyramid": 5, "wedge": 6}
+_WIDTH["hexahedron"] = 8
 
 
 def read(path: Path, data: bytes, encoding: Encoding) -> Mesh:
@@ -50,73 +52,126 @@ def read(path: Path, data: bytes, encoding: Encoding) -> Mesh:
 
     Vertex numbers start from 0 and are otherwise as the file has them: a 0 in it is a -1.
     """
-    import meshio.medit
-
-    plain, dropped = _plain_binary(data) if encoding.binary else _plain_text(data)
-    if dropped:
-        log.warning("the sections %s of the Medit file are dropped", ", ".join(dropped))
-    name = "mesh.meshb" if encoding.binary else "mesh.mesh"  # meshio goes by the last letter
-    with prepared(path, b"", plain, name) as copy, listening(logging.WARNING):
-        mesh = from_meshio(meshio.medit.read(copy))
-    for data_of in (mesh.point_data, *(block.data for block in mesh.blocks)):
-        data_of[REF] = data_of[REF].astype(np.int64)
+    mesh, lists, dropped = (_read_binary if encoding.binary else _read_text)(path, data)
     if encoding.version == "1":
         mesh.points = mesh.points.astype(np.float32)
+    dropped += medit_lists.attach(mesh, lists)
+    if dropped:
+        log.warning("of the Medit file are dropped: %s", ", ".join(dropped))
     return mesh
 
 
-def _plain_text(data: bytes) -> tuple[bytes, list[str]]:
-    """Set a text anew with what meshio knows; also the names of the sections left out."""
-    if b"#" in data or b'"' in data:  # comments and names of other files
-        data = re.sub(rb"#[^\r\n]*|\"[^\"\r\n]*\"", b"", data)
-    words = [m for m in _KEYWORD.finditer(data) if m[0][:3].lower() not in (b"nan", b"inf")]
-    ends = [word.start() for word in words[1:]] + [len(data)]
-    plain, dropped = [], []
-    for word, end in zip(words, ends, strict=True):
-        keyword, name = word[0], word[0].decode()
-        if name == "End":
-            break
-        count, rows = [*data[word.end() : end].split(None, 1), b"", b""][:2]
-        if keyword in _ONE_OF:
-            if count not in _ONE_OF[keyword]:
-                raise UnreadableError(f"{name} {count.decode()} is not supported")
-            plain.append(b"%s %s\n" % (keyword, b"2" if keyword == _VERSION else count))
-        elif name in _SECTIONS:
-            plain.append(b"%s\n%s\n%s\n" % (keyword, count, rows.replace(b"\r", b"\n")))
+# A mesh, the sections of `medit_lists` in the file, and the names of those left out.
+_Parts = tuple[Mesh, dict[str, Array], list[str]]
+
+
+def _read_text(path: Path, data: bytes) -> _Parts:
+    mesh = Mesh(np.empty((0, 0)), [])
+    lists: dict[str, Array] = {}
+    dropped = []
+    values: dict[str, int] = {}
+    for name, content in _sections(data):
+        count, rows = [*content.split(None, 1), b"", b""][:2]
+        if name in _VALUES:
+            if count not in _VALUES[name]:
+                raise UnreadableError(f"{name} {count.decode(errors='replace')} is not supported")
+            values[name] = int(count)
+        elif name == "Vertices" or name in _TYPES or name in medit_lists.SECTIONS:
+            if len(values) < len(_VALUES):
+                raise UnreadableError(f"{name} comes before {' and '.join(_VALUES)}")
+            dimension = values["Dimension"]
+            n = int(count)
+            if name == "Vertices":
+                table = rows_of(name, rows, n, np.float64, dimension + 1)
+                mesh.points = np.ascontiguousarray(table[:, :dimension])
+                mesh.point_data[REF] = table[:, dimension].astype(np.int64)
+            elif name in _TYPES:
+                table = rows_of(name, rows, n, np.int64, _WIDTH[_TYPES[name]] + 1)
+                mesh.blocks.append(Block(_TYPES[name], table[:, :-1] - 1, {REF: table[:, -1]}))
+            elif n:
+                kind = np.float64 if medit_lists.kind_of(name) == "f" else np.int64
+                width = medit_lists.width_of(name, dimension)
+                lists[name] = rows_of(name, rows, n, kind, width)
         elif count != b"0":
             dropped.append(name)
-    else:
-        log.info("the Medit file has no End: it may be truncated")
-    return b"".join(plain), dropped
+    if REF not in mesh.point_data:
+        raise UnreadableError("there are no Vertices in it")
+    return mesh, lists, dropped
 
 
-def _plain_binary(data: bytes) -> tuple[bytes, list[str]]:
-    """Do the same for a binary file, in which each section says where the next starts."""
+def _sections(data: bytes) -> Iterator[tuple[str, bytes]]:
+    """Go through a text: keywords, and what follows each."""
+    if b"#" in data or b'"' in data:  # comments and names of other files
+        data = re.sub(rb"#[^\r\n]*|\"[^\"\r\n]*\"", b"", data)
+    # Letters are rare in it: they are looked for all at once.
+    letters = np.frombuffer(data, np.uint8)
+    capital = (letters >= ord("A")) & (letters <= ord("Z"))
+    capital[:-1] &= letters[1:] >= ord("A")
+    capital[1:] &= letters[:-1] < ord("A")
+    found = (_KEYWORD.match(data, at) for at in np.flatnonzero(capital).tolist())
+    words = [m for m in found if m and m[0][:3].lower() not in (b"nan", b"inf")]
+    ends = [word.start() for word in words[1:]] + [len(data)]
+    for word, end in zip(words, ends, strict=True):
+        name = word[0].decode()
+        if name == "End":
+            return
+        yield name, data[word.end() : end]
+    log.info("the Medit file has no End: it may be truncated")
+
+
+def _read_binary(path: Path, data: bytes) -> _Parts:
+    import meshio.medit
+
+    plain, lists, dropped = _plain_binary(data)
+    # meshio goes by the last letter of a name
+    with prepared(path, b"", plain, "mesh.meshb") as copy, listening(logging.WARNING):
+        mesh = from_meshio(meshio.medit.read(copy))
+    for data_of in (mesh.point_data, *(block.data for block in mesh.blocks)):
+        data_of[REF] = data_of[REF].astype(np.int64)
+    return mesh, lists, dropped
+
+
+def _plain_binary(data: bytes) -> tuple[bytes, dict[str, Array], list[str]]:
+    """Keep what meshio can read; each section says where the next starts."""
     from meshio.medit._medit_internal import medit_codes
 
     order = "<" if data[:4] == b"\1\0\0\0" else ">"
     _, version = struct.unpack_from(order + "ii", data)
     head = struct.Struct(order + ("ii" if version < 3 else "iq"))
-    at, plain = 8, [data[:8]]
+    kinds = {"f": order + ("f4" if version == 1 else "f8")}
+    kinds["i"] = order + ("i8" if version == 4 else "i4")
+    size = int(kinds["i"][-1])
+    at, plain, dimension = 8, [data[:8]], 3
+    lists: dict[str, Array] = {}
     dropped: list[str] = []
     while at + head.size <= len(data):
         code, after = head.unpack_from(data, at)
         if code == _END:
-            return b"".join([*plain, data[at:]]), dropped
+            return b"".join([*plain, data[at:]]), lists, dropped
         if not at < after <= len(data):
             break
+        start, name = at + head.size, medit_lists.CODES.get(code, "")
         if code in (_DIMENSION, _VERTICES, *CODES.values()):
             plain.append(data[at:after])
-        elif any(data[at + head.size : at + head.size + 4]):  # the count of its rows
+            if code == _DIMENSION:
+                (dimension,) = struct.unpack_from(order + "i", data, start)
+        elif name:
+            kind, width = medit_lists.kind_of(name), medit_lists.width_of(name, dimension)
+            count = int(np.frombuffer(data, kinds["i"], 1, start)[0])
+            rows = np.frombuffer(data[:after], kinds[kind], count * width, start + size)
+            if count:
+                lists[name] = rows.astype(kind + "8").reshape(count, width)
+        elif any(data[start : start + 4]):  # the count of its rows
             dropped.append(medit_codes.get(code, (f"Gmf{code}",))[0][3:])
         at = after
     raise UnreadableError("it ends in the middle of a section")
 
 
 def write(path: Path, mesh: Mesh, encoding: Encoding) -> None:
-    """Write a mesh, whose blocks have types out of `CODES`, with "medit:ref" if it is there."""
+    """Write a mesh, whose blocks have types out of `CODES`, with references and lists."""
     refs = mesh.point_data.get(REF, np.zeros(len(mesh.points), np.int64))
-    whole = Mesh(mesh.points, _one_a_type(mesh.blocks), {REF: refs})
+    lists = medit_lists.pick(mesh.point_data)
+    whole = Mesh(mesh.points, _one_a_type(mesh.blocks), {REF: refs, **lists})
     version = 1 if mesh.points.dtype == np.float32 else max(2, int(encoding.version))
     (_write_binary if encoding.binary else _write_text)(path, whole, version)
 
@@ -126,9 +181,12 @@ def _one_a_type(blocks: list[Block]) -> list[Block]:
     joined = []
     for cell_type in dict.fromkeys(block.type for block in blocks):
         same = [block for block in blocks if block.type == cell_type]
-        refs = [block.data.get(REF, np.zeros(len(block.cells), np.int64)) for block in same]
-        cells = np.concatenate([block.cells for block in same])
-        joined.append(Block(cell_type, cells, {REF: np.concatenate(refs)}))
+        names = dict.fromkeys([REF, *(name for b in same for name in medit_lists.pick(b.data))])
+        data = {
+            name: np.concatenate([b.data.get(name, np.zeros(len(b.cells), np.int64)) for b in same])
+            for name in names
+        }
+        joined.append(Block(cell_type, np.concatenate([b.cells for b in same]), data))
     return joined
 
 
@@ -141,6 +199,9 @@ def _write_text(path: Path, mesh: Mesh, version: int) -> None:
         for block in mesh.blocks:
             stream.write(f"\n{NAMES[block.type]}\n{len(block.cells)}\n".encode())
             stream.writelines(lines(block.cells + 1, block.data[REF]))
+        for name, _, rows in medit_lists.sections_of(mesh):
+            stream.write(f"\n{name}\n{len(rows)}\n".encode())
+            stream.writelines(lines(rows))
         stream.write(b"\nEnd\n")
 
 
@@ -159,6 +220,8 @@ def _write_binary(path: Path, mesh: Mesh, version: int) -> None:
     for block in mesh.blocks:
         rows = np.column_stack([block.cells + 1, block.data[REF]]).astype(integer)
         sections.append((CODES[block.type], rows))
+    for _, code, rows in medit_lists.sections_of(mesh):
+        sections.append((code, rows.astype(real if rows.dtype.kind == "f" else integer)))
     head = struct.Struct("<ii" if version < 3 else "<iq")
     with path.open("wb") as stream:
         stream.write(struct.pack("<ii", 1, version))

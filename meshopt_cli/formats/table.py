@@ -78,7 +78,7 @@ _ROWS = (
     _vtk(
         "VTK",
         Encoding("vtk", "5.1", binary=True),
-        "VTK without XML, text or binary; versions up to 4.2 are written as 4.2",
+        "VTK without XML, versions 2.0 to 5.1, text or binary",
         vtk.read_vtk,
         vtk.write_vtk,
     ),

@@ -1,7 +1,8 @@
 """What each family of formats can hold of a `Mesh`, and how it calls it.
 
 Each function makes a mesh fit for one family, tags carried over, and lists what had to be
-left out. The mesh it is given stays as it is; its arrays are as `read` leaves them.
+left out. The mesh it is given stays as it is; its arrays are as `read` leaves them. What
+tells groups of cells apart goes by `GROUPS`.
 """
 
 from __future__ import annotations
@@ -11,36 +12,58 @@ from urllib.parse import quote
 
 import numpy as np
 
-from ..mesh import Array, Block, Mesh, dimension_of, with_depth
-from . import gmsh, medit, vtk
+from ..mesh import (
+    REQUIRED,
+    SIMPLICES,
+    Array,
+    Block,
+    Mesh,
+    dimension_of,
+    main_blocks,
+    tags_of,
+    with_depth,
+)
+from . import gmsh, medit, medit_lists, vtk
 from .entities import DIM_TAGS, GEOMETRICAL, PHYSICAL
 from .medit import REF
 from .sniff import Encoding
+
+# The group of a cell, where a format has one: the first of these arrays that is there, and
+# without any the first other array that makes regions. VTK holds all of them as arrays.
+GROUPS = {
+    "gmsh": (PHYSICAL, REF),
+    "medit": (REF, PHYSICAL, GEOMETRICAL),
+}
 
 _PRINTABLE = "".join(map(chr, range(33, 127))).translate({ord('"'): None, ord("%"): None})
 
 
 def for_gmsh(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
-    """Fit a mesh for Gmsh: a reference becomes a physical group and an entity."""
+    """Fit a mesh for Gmsh: a reference becomes a physical group and an entity.
+
+    The arrays and lists of vertices and cells that Medit has become views.
+    """
     new = encoding.format == "gmsh"
     dropped = [] if new else _model(mesh)
+    label = _label(mesh)
     blocks = []
     for block in _held(mesh.blocks, gmsh.cell_types(), dropped):
-        data = _views(block.data, (PHYSICAL, GEOMETRICAL, REF), dropped)
         tags = {name: _tags(block.data.get(name)) for name in (PHYSICAL, GEOMETRICAL)}
-        if all(values is None for values in tags.values()):
-            tags = {PHYSICAL: _tags(block.data.get(REF))}
-        elif REF in block.data:
-            dropped.append(REF)
+        asked = _tags(block.data.get(mesh.regions[0])) if mesh.regions else None
+        if asked is not None:
+            tags[PHYSICAL] = asked
+        elif all(values is None for values in tags.values()):
+            tags = {PHYSICAL: _tags(block.data.get(REF, block.data.get(label)))}
+        group, ref = tags.get(PHYSICAL), block.data.get(REF)
+        said = group is not None and ref is not None and np.array_equal(group, ref)
+        data = _views(block.data, (PHYSICAL, GEOMETRICAL, REF)[: 2 + said], dropped)
         data |= {name: values for name, values in tags.items() if values is not None}
         blocks.append(Block(block.type, block.cells, data, block.entities if new else None))
     _number_entities(blocks)
-    point_data = _views(mesh.point_data, (DIM_TAGS, REF), dropped)
+    idle = [name for name in (REF,) if not np.any(mesh.point_data.get(name, 0))]
+    point_data = _views(mesh.point_data, (DIM_TAGS, *idle), dropped)
     if new and DIM_TAGS in mesh.point_data:
         point_data[DIM_TAGS] = mesh.point_data[DIM_TAGS]
-    refs = mesh.point_data.get(REF, np.empty(0))
-    if (refs != refs[:1]).any():
-        dropped.append("the references of vertices")
     names = {name.replace('"', "'"): group for name, group in mesh.names.items()}
     return Mesh(_in_space(mesh.points), blocks, point_data, names), dropped
 
@@ -62,22 +85,41 @@ def _number_entities(blocks: list[Block]) -> None:
 def for_medit(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
     """Fit a mesh for Medit: its reference is the physical group, else the entity.
 
-    The entity stands for the group where no cell of that dimension is in a group.
+    The entity stands for the group where no cell of that dimension is in a group. A cell that
+    is a vertex becomes the reference of the vertex, which is then required.
     """
-    dropped = ["the physical names"] * bool(mesh.names) + _model(mesh)
-    held = _held(mesh.blocks, medit.CODES, dropped)
+    dropped = _names(mesh) + _model(mesh)
+    point_data = {n: values for n, values in mesh.point_data.items() if n in medit_lists.ARRAYS}
+    refs = _tags(mesh.point_data.get(REF))
+    known = medit.CODES
+    if refs is None or not refs.any():
+        known = {"vertex": 0, **known}
+    held = _held(mesh.blocks, known, dropped)
+    label = _label(mesh)
     blocks = []
     for block in held:
         alike = [b.data for b in held if dimension_of(b.type) == dimension_of(block.type)]
         grouped = any(PHYSICAL in data and data[PHYSICAL].any() for data in alike)
-        names = (REF, PHYSICAL, GEOMETRICAL) if grouped else (REF, GEOMETRICAL)
+        names = [*(mesh.regions or ()), *GROUPS["medit"], label]
+        names = [name for name in names if grouped or name != PHYSICAL]
         key = next((name for name in names if any(name in data for data in alike)), REF)
-        refs = _tags(block.data.get(key))
-        dropped += [n for n in block.data if n != key and (grouped or n != PHYSICAL)]
-        blocks.append(Block(block.type, block.cells, {} if refs is None else {REF: refs}))
-    dropped += [name for name in mesh.point_data if name not in (REF, DIM_TAGS)]
-    refs = _tags(mesh.point_data.get(REF))
-    return Mesh(mesh.points, blocks, {} if refs is None else {REF: refs}), dropped
+        values = _tags(block.data.get(key))
+        lists = medit_lists.pick(block.data)
+        dropped += [n for n in block.data if n not in (key, *lists) and (grouped or n != PHYSICAL)]
+        data = lists if values is None else {REF: values, **lists}
+        if block.type != "vertex":
+            blocks.append(Block(block.type, block.cells, data))
+        elif len(block.cells):
+            refs = np.zeros(len(mesh.points), np.int64) if refs is None else refs.copy()
+            refs[block.cells[:, 0]] = 0 if values is None else values
+            if len(np.unique(block.cells)) < len(mesh.points):  # of all, it would say nothing
+                flags = np.array(point_data.get(REQUIRED, np.zeros(len(mesh.points))), np.uint8)
+                flags[block.cells[:, 0]] = 1
+                point_data[REQUIRED] = flags
+    dropped += [n for n in mesh.point_data if n not in (REF, DIM_TAGS, *point_data)]
+    return Mesh(
+        mesh.points, blocks, point_data if refs is None else {REF: refs, **point_data}
+    ), dropped
 
 
 def for_vtk(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
@@ -88,7 +130,7 @@ def for_vtk(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
         name = "".join(letter if letter.isprintable() else "_" for letter in name)
         return quote(name, safe=_PRINTABLE) if encoding.format == "vtk" else name
 
-    dropped = ["the physical names"] * bool(mesh.names) + _model(mesh)
+    dropped = _names(mesh) + _model(mesh)
     held = [b for b in _held(mesh.blocks, vtk.cell_types(), dropped) if len(b.cells)]
     blocks = [Block(block.type, block.cells) for block in held]
     for name in dict.fromkeys(name for block in held for name in block.data):
@@ -108,6 +150,20 @@ def for_vtk(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
 def _in_space(points: Array) -> Array:
     """Give points in the plane a third coordinate, 0."""
     return with_depth(points).astype(points.dtype)
+
+
+def _label(mesh: Mesh) -> str:
+    """The array that makes regions of a mesh without groups; "" if there is none."""
+    for cell_type in reversed(SIMPLICES):
+        if blocks := main_blocks(mesh, cell_type):
+            return next(iter(tags_of(blocks, mesh.regions)), "")
+    return ""
+
+
+def _names(mesh: Mesh) -> list[str]:
+    """The physical names, which only Gmsh can hold, with the tags that stay."""
+    said = ", ".join(f"{name} = {tag}" for name, (tag, _) in mesh.names.items())
+    return [f"the physical names {said}"] * bool(said)
 
 
 def _model(mesh: Mesh) -> list[str]:

@@ -24,6 +24,7 @@ from .sniff import Encoding, UnreadableError
 log = logging.getLogger("meshopt")
 
 VTU_VERSIONS = ("0.1", "1.0")  # that meshio reads, and that can be written
+VTK_VERSIONS = ("2.0", "3.0", "4.0", "4.1", "4.2", "5.1")  # that can be written
 
 # VTK's names of numbers; a vtkIdType is written with 32 bits in this format
 _NUMBERS = {"vtkidtype": "int32", "vtktypeint64": "int64", "vtktypeuint64": "uint64"}
@@ -65,7 +66,9 @@ def read_vtk(path: Path, data: bytes, encoding: Encoding) -> Mesh:
     import meshio.vtk
 
     _teach_names()
-    known = re.sub(rb"^NORMALS\b", b"VECTORS", data, flags=re.MULTILINE)  # the same to it
+    known = data
+    if b"\nNORMALS" in data:  # the same to meshio as vectors
+        known = re.sub(rb"^NORMALS\b", b"VECTORS", data, flags=re.MULTILINE)
     if b"\nFIELD" in data[: max(data.find(b"\nPOINTS"), 0)]:
         log.warning("the fields of the VTK file that are not of points or cells are dropped")
     with prepared(path, data, known) as plain, listening(logging.WARNING):
@@ -75,7 +78,10 @@ def read_vtk(path: Path, data: bytes, encoding: Encoding) -> Mesh:
 
 
 def write_vtk(path: Path, mesh: Mesh, encoding: Encoding) -> None:
-    """Write a file without XML, of version 4.2 or 5.1; names in the mesh have no blanks."""
+    """Write a file without XML; names in the mesh have no blanks.
+
+    Versions below 5 differ in their first line only, as far as meshes go.
+    """
     import meshio.vtk
 
     def unpadded(values: Array) -> Array:
@@ -90,6 +96,12 @@ def write_vtk(path: Path, mesh: Mesh, encoding: Encoding) -> None:
     version = "5.1" if mesh.blocks and encoding.version >= "5" else "4.2"
     with listening(logging.INFO):
         meshio.vtk.write(path, whole, fmt_version=version, binary=encoding.binary)
+    if version == "4.2":
+        said = encoding.version if encoding.version in VTK_VERSIONS[:-1] else version
+        with path.open("rb+") as stream:
+            start = stream.readline().rstrip()
+            stream.seek(len(start) - len(version))
+            stream.write(said.encode())
 
 
 def read_vtu(path: Path, data: bytes, encoding: Encoding) -> Mesh:

@@ -58,6 +58,7 @@ def report_dict(report: Report) -> dict[str, Any]:
         ],
         "stopped": report.stopped or None,
         "seconds": report.seconds,
+        "lost": list(report.lost),
     }
     return result
 

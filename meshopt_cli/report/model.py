@@ -43,6 +43,7 @@ class Report:
     passes: tuple[PassFacts, ...] = ()
     stopped: str = ""
     seconds: dict[str, float] = field(default_factory=dict)
+    lost: tuple[str, ...] = ()  # what the format of the output cannot hold
 
     @property
     def title(self) -> str:
