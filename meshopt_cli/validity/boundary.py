@@ -152,9 +152,18 @@ def missing_cells(study: Study, skin: Skin, sides: Sides, sign: float) -> list[A
             widths == facets and n_vertices == len(set(geometry.EDGES[family].ravel().tolist()))
             for family, facets in VOIDS.items()
         )
-        if fits and not taken[rows].any() and sign * enclosed(study, skin.take(rows)) < 0:
+        if fits and not taken[rows].any() and _is_void(study, skin.take(rows), sign):
             found.append(rows)
-    return simplices + found
+    return [
+        rows for rows in simplices + found if not study.explained[skin.owners[rows]].any()
+    ]  # fmt: skip
+
+
+def _is_void(study: Study, skin: Skin, sign: float) -> bool:
+    """Whether facets are seen from inside what they enclose, and enclose more than nothing."""
+    points = _centred(study)[skin.rows[skin.rows >= 0]]
+    size = np.ptp(points, axis=0).max()
+    return sign * enclosed(study, skin) < -geometry.FLAT * size**study.dimension
 
 
 def _missing_simplices(study: Study, skin: Skin, sign: float) -> list[Array]:
@@ -189,7 +198,13 @@ def _missing_simplices(study: Study, skin: Skin, sign: float) -> list[Array]:
     points = study.plane[0] if study.plane is not None else study.points
     edges = points[corners] - points[corners[:, :1]]
     ahead = np.linalg.det(edges[:, 1:]) * sign * (1 if d == 3 else -1) > 0
+    # A hanging node makes flat voids, which no cell could fill.
     found, corners = found[ahead], corners[ahead]
+    if d == 3:
+        flat = geometry.corner_volumes(points, study.noise, corners, "tetra")[1][:, 0]
+    else:
+        flat = geometry.triangle_areas(points, study.noise, corners)[1][:, 0]
+    found, corners = found[~flat], corners[~flat]
     ids = row_ids(np.sort(corners, axis=1), study.n_points) if len(corners) else corners[:, 0]
     voids = []
     order = np.argsort(ids, kind="stable")
@@ -226,7 +241,8 @@ def enclosed(study: Study, skin: Skin) -> float:
 
 def _centred(study: Study) -> Array:
     points = study.points if study.plane is None else study.plane[0]
-    return points - points[study.used].mean(axis=0)
+    used = study.used
+    return points - points[used].mean(axis=0) if used.any() else points
 
 
 @dataclass(frozen=True)

@@ -117,11 +117,19 @@ def _joined(found: list[Pairs]) -> Pairs:
 
 def boxes(points: Array, noise: Array, rows: Array, touch: float) -> Pairs:
     """Least and greatest coordinates of edges, faces or cells, as wide as their tolerance."""
-    corners = points[rows]
-    low, high = corners.min(axis=1), corners.max(axis=1)
+    low, high = extents(points, rows)
     margin = 2 * touch * (high - low).max(axis=1, initial=0.0)
-    margin += 2 * noise[rows].max(axis=1, initial=0.0)
+    margin += 2 * np.maximum.reduce([noise[rows[:, k]] for k in range(rows.shape[1])])
     return low - margin[:, None], high + margin[:, None]
+
+
+def extents(points: Array, rows: Array) -> Pairs:
+    """Least and greatest coordinates of edges, faces or cells, (n, d) each."""
+    low = high = points[rows[:, 0]]
+    for k in range(1, rows.shape[1]):
+        corner = points[rows[:, k]]
+        low, high = np.minimum(low, corner), np.maximum(high, corner)
+    return low, high
 
 
 def around(points: Array, low: Array, high: Array) -> Iterator[Pairs]:

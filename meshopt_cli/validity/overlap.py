@@ -154,6 +154,9 @@ def _overlap(
 ) -> Array:
     """Which of the pairs of cells overlap, as rows of `a` and `b`."""
     hit = []
+    columns = np.ascontiguousarray(points.T)
+    size = [_sizes(points, group.cells) for group in (mine, others)]
+    error = [_greatest(noise, group.cells) for group in (mine, others)]
     warped = {mine.family, others.family} - {"triangle", "tetra", "quad"}
     for rows in geometry.chunks(len(a)):
         one, other = mine.cells[a[rows]], others.cells[b[rows]]
@@ -163,28 +166,31 @@ def _overlap(
             shared = (one[:, :, None] == other[:, None, :]).any(axis=2).sum(axis=1)
             keep = keep[shared < 3]
             one, other = one[keep], other[keep]
-        size = np.minimum(_sizes(points, one), _sizes(points, other))
         touch = WARP if warped else study.touch
-        limit = touch * size
-        limit += 2 * np.maximum(
-            noise[one].max(axis=1, initial=0), noise[other].max(axis=1, initial=0)
-        )
+        limit = touch * np.minimum(size[0][a[rows]][keep], size[1][b[rows]][keep])
+        limit += 2 * np.maximum(error[0][a[rows]][keep], error[1][b[rows]][keep])
         tables = axes_of(mine.family), axes_of(others.family)
-        left, depth = _not_separated(points[one], points[other], limit, tables)
+        left, depth = _not_separated(columns[:, one.T], columns[:, other.T], limit, tables)
         doubtful = left[depth[left] < DOUBT * limit[left]]
         if len(doubtful) <= MOST_EXACT and not warped:
             apart = [
                 row for row in doubtful.tolist()
-                if exactly_separated(points[one[row]], points[other[row]], tables)
+                if exactly_separated(points[one[row]].T, points[other[row]].T, tables)
             ]  # fmt: skip
             left = np.setdiff1d(left, np.array(apart, dtype=np.int64))
         hit.append(rows.start + keep[left])
     return np.concatenate([np.empty(0, np.int64), *hit])
 
 
+def _greatest(values: Array, cells: Array) -> Array:
+    """The greatest value of a vertex of each cell."""
+    return np.maximum.reduce([values[cells[:, k]] for k in range(cells.shape[1])])
+
+
 def _sizes(points: Array, cells: Array) -> Array:
     """Greatest extent of each cell along an axis."""
-    return np.ptp(points[cells], axis=1).max(axis=1, initial=0.0)
+    low, high = contact.extents(points, cells)
+    return (high - low).max(axis=1, initial=0.0)
 
 
 def axes_of(family: str) -> Pairs:
@@ -203,42 +209,44 @@ def axes_of(family: str) -> Pairs:
     return np.array(triangles), geometry.EDGES[family]
 
 
-def _directions(one: Array, other: Array, tables: tuple[Pairs, Pairs]) -> Iterator[tuple]:
-    """How to find each direction: a function of the corners of both cells."""
-    if one.shape[-1] == 2:
+def _directions(d: int, tables: tuple[Pairs, Pairs]) -> Iterator[tuple]:
+    """How to find each direction that may separate two cells."""
+    if d == 2:
         for side, (_, edges) in enumerate(tables):
-            for i, j in edges:
+            for i, j in edges.tolist():
                 yield "edge", side, (i, j)
         return
     for side, (triangles, _) in enumerate(tables):
-        for i, j, k in triangles:
+        for i, j, k in triangles.tolist():
             yield "facet", side, (i, j, k)
-    for i, j in tables[0][1]:
-        for k, m in tables[1][1]:
+    for i, j in tables[0][1].tolist():
+        for k, m in tables[1][1].tolist():
             yield "edges", 0, (i, j, k, m)
 
 
 def _direction(one: Array, other: Array, kind: str, side: int, local: tuple) -> Array:
+    """The direction itself, (d, ...), from corners (d, k, ...)."""
     corners = other if side else one
     if kind == "edge":
-        along = corners[..., local[1], :] - corners[..., local[0], :]
-        return np.stack([-along[..., 1], along[..., 0]], axis=-1)
+        along = corners[:, local[1]] - corners[:, local[0]]
+        return np.stack([-along[1], along[0]])
     if kind == "facet":
-        origin = corners[..., local[0], :]
-        return _cross(corners[..., local[1], :] - origin, corners[..., local[2], :] - origin)
+        i, j, k = local
+        return _cross(corners[:, j] - corners[:, i], corners[:, k] - corners[:, i])
     i, j, k, m = local
-    return _cross(one[..., j, :] - one[..., i, :], other[..., m, :] - other[..., k, :])
+    return _cross(one[:, j] - one[:, i], other[:, m] - other[:, k])
 
 
 def _cross(a: Array, b: Array) -> Array:
     return np.stack(
-        [
-            a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1],
-            a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2],
-            a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0],
-        ],
-        axis=-1,
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
     )
+
+
+def _reach(corners: Array, axis: Array) -> Pairs:
+    """Least and greatest coordinate of corners (d, k, ...) along an axis (d, ...)."""
+    along = sum(corners[i] * axis[i] for i in range(1, len(axis))) + corners[0] * axis[0]
+    return along.min(axis=0), along.max(axis=0)
 
 
 def _not_separated(one: Array, other: Array, limit: Array, tables: tuple[Pairs, Pairs]) -> Pairs:
@@ -246,31 +254,30 @@ def _not_separated(one: Array, other: Array, limit: Array, tables: tuple[Pairs, 
 
     Parameters
     ----------
-    one, other : (n, k, d) float64
-        Corners.
+    one, other : (d, k, n) float64
+        Corners: with the pairs along the last axis, which numpy works along.
     limit : (n,) float64
         Cells that reach less than this into each other only touch.
     """
-    origin = one[:, :1]
+    origin = one[:, :1].copy()
     one, other = one - origin, other - origin
-    depth = np.full(len(one), np.inf)
-    left = np.arange(len(one))
-    for how in _directions(one, other, tables):
+    depth = np.full(len(limit), np.inf)
+    left = np.arange(len(limit))
+    for how in _directions(len(one), tables):
         if not len(left):
             break
-        a, b = one[left], other[left]
-        axis = _direction(a, b, *how)
-        length = geometry.norms(axis)
-        along, beyond = np.einsum("nkd,nd->nk", a, axis), np.einsum("nkd,nd->nk", b, axis)
-        reach = np.minimum(
-            along.max(axis=1) - beyond.min(axis=1), beyond.max(axis=1) - along.min(axis=1)
-        )
+        axis = _direction(one, other, *how)
+        length = np.sqrt((axis * axis).sum(axis=0))
+        (low, high), (other_low, other_high) = _reach(one, axis), _reach(other, axis)
+        reach = np.minimum(high - other_low, other_high - low)
         # A direction that is nothing but rounding says nothing.
-        spread = np.maximum(np.ptp(along, axis=1), np.ptp(beyond, axis=1))
+        spread = np.maximum(high - low, other_high - other_low)
         with np.errstate(all="ignore"):
             deep = np.where((length > 0) & (spread > 0), reach / length, np.inf)
         depth[left] = np.minimum(depth[left], deep)
-        left = left[deep > limit[left]]
+        kept = np.flatnonzero(deep > limit[left])
+        if len(kept) < len(left):
+            left, one, other = left[kept], one[..., kept], other[..., kept]
     return left, depth
 
 
@@ -279,17 +286,17 @@ def exactly_separated(one: Array, other: Array, tables: tuple[Pairs, Pairs]) -> 
 
     Parameters
     ----------
-    one, other : (k, d) float64
+    one, other : (d, k) float64
     tables : pair of (triangles, edges)
         From `axes_of`.
     """
     a = np.array([[Fraction(x) for x in row] for row in one.tolist()])
     b = np.array([[Fraction(x) for x in row] for row in other.tolist()])
-    for how in _directions(a, b, tables):
+    for how in _directions(len(a), tables):
         axis = _direction(a, b, *how)
         if not axis.any():
             continue
-        along, beyond = (a * axis).sum(axis=1), (b * axis).sum(axis=1)
-        if along.max() <= beyond.min() or beyond.max() <= along.min():
+        (low, high), (other_low, other_high) = _reach(a, axis), _reach(b, axis)
+        if high <= other_low or other_high <= low:
             return True
     return False

@@ -23,7 +23,7 @@ def _nowhere() -> Places:
     "M206",
     ERROR,
     "boundary open or not manifold",
-    explanation="Boundary facets of one part meet in a side or a vertex otherwise than in pairs.",
+    explanation="Boundary facets of one part meet in an edge, or a point, otherwise than in pairs.",
     source="18.7.1",
     fix="Give each sheet of the boundary points of its own, or add the cells that are missing.",
 )
@@ -31,16 +31,15 @@ def find_not_manifold(study: Study) -> Places:
     if not study.is_whole or not len(study.domain.skin.rows):
         return _nowhere()
     found = pinches(study)
-    kinds = (open_sides(study), found.edges, found.tips)
+    kinds = (open_sides(study), found.edges)
     return Places(
         (
             "the boundary is open at the cell",
             "more than two boundary facets of one part meet in an edge of the cell",
-            "the boundary touches itself in a vertex of the cell",
         ),
         cells=study.cells_by(np.concatenate([one.cells for one in kinds])),
         points=np.concatenate([one.points for one in kinds]),
-        kinds=np.repeat([0, 1, 2], [len(one.cells) for one in kinds]),
+        kinds=np.repeat([0, 1], [len(one.cells) for one in kinds]),
     )
 
 
@@ -135,7 +134,7 @@ def find_excess(study: Study) -> Places:
     skin, domain = boundary.skin_of(study), study.domain
     sides = boundary.sides_of(skin, study.n_points, study.dimension)
     crowded = any((facets.count > 2).any() for facets in study.distinct_facets)
-    if not len(skin.rows) or crowded or study.shape.inverted.any() or study.shape.quads.any():
+    if not len(skin.rows) or crowded or study.explained.any():
         return _nowhere()
     if not boundary.is_consistent(sides):
         return _nowhere()
@@ -174,19 +173,24 @@ def find_missing(study: Study) -> Places:
     "M212",
     WARNING,
     "parts joined by a vertex or an edge only",
-    explanation="Two parts of the mesh have vertices in common, but no facet.",
+    explanation="Two parts of the mesh, or two ends of one, have a vertex in common, but no facet.",
     source="18.7.1",
     fix="Give each part points of its own if they move apart, or join them by a facet.",
 )
 def find_touching(study: Study) -> Places:
     if not study.is_whole or not len(study.domain.skin.rows):
         return _nowhere()
-    joints = pinches(study).joints
+    found = pinches(study)
+    kinds = (found.joints, found.tips)
     return Places(
-        ("the part of the cell hangs on another by a vertex or an edge only",),
-        cells=study.cells_by(joints.cells),
-        points=joints.points,
-        other_cells=study.cells_by(joints.others)[:, None],
+        (
+            "the part of the cell hangs on another by a vertex or an edge only",
+            "the part of the cell touches itself in a vertex only",
+        ),
+        cells=study.cells_by(np.concatenate([one.cells for one in kinds])),
+        points=np.concatenate([one.points for one in kinds]),
+        kinds=np.repeat([0, 1], [len(one.cells) for one in kinds]),
+        other_cells=study.cells_by(np.concatenate([one.others for one in kinds]))[:, None],
     )
 
 

@@ -135,6 +135,7 @@ def _moot(study: Study) -> Array:
     moot[vertices] = True
     crowd = boundary.crowd_of(study)
     cells = np.concatenate([owners, *study.cracks, crowd.owners, *study.disagreeing])
+    cells = np.concatenate([cells, np.flatnonzero(study.explained)])
     corners = study.corners_of(np.unique(cells))
     moot[corners[corners >= 0]] = True
     return moot
