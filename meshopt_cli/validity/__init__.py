@@ -40,6 +40,7 @@ def check(
     ignore: Iterable[str] = (),
     gates: Gates = NO_GATES,
     *,
+    extend: Iterable[str] = (),
     tolerance: float | None = None,
     overlaps: bool = True,
 ) -> Report:
@@ -54,19 +55,22 @@ def check(
     ignore : iterable of str
         Codes or prefixes to leave out of those.
     gates : Gates
-        Limits that the user sets.
+        Limits that the user sets; their rules need not be selected.
+    extend : iterable of str
+        Codes or prefixes to look for besides those selected.
     tolerance : float, optional
         Relative distance at which points coincide and vertices touch facets.
     overlaps : bool
-        Whether to look for cells that overlap (M209), which takes longer than all the rest.
+        Whether to look for solids that overlap (M209), which takes longer than all the rest.
 
     Raises
     ------
     ConfigError
         A code or prefix that no rule has, or a gate on a region that the mesh does not have.
     """
-    wanted = choose(select, ignore)
+    wanted = choose(select, ignore, (*extend, *gates.codes))
     with np.errstate(all="ignore"):
         study = Study(mesh, gates, tolerance)
-        found = [Group(row, row.find(study)) for row in wanted if overlaps or row.cost != SEARCH]
+        every = overlaps or study.dimension < 3
+        found = [Group(row, row.find(study)) for row in wanted if every or row.cost != SEARCH]
     return Report(tuple(group for group in found if len(group)))

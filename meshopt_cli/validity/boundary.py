@@ -161,7 +161,7 @@ def missing_cells(study: Study, skin: Skin, sides: Sides, sign: float) -> list[A
 
 def _is_void(study: Study, skin: Skin, sign: float) -> bool:
     """Whether facets are seen from inside what they enclose, and enclose more than nothing."""
-    points = _centred(study)[skin.rows[skin.rows >= 0]]
+    points = study.centred[skin.rows[skin.rows >= 0]]
     size = np.ptp(points, axis=0).max()
     return sign * enclosed(study, skin) < -geometry.FLAT * size**study.dimension
 
@@ -214,35 +214,13 @@ def _missing_simplices(study: Study, skin: Skin, sign: float) -> list[Array]:
     return voids
 
 
-def total_content(study: Study) -> float:
-    """Signed volume of all distinct sound cells, or area in the plane."""
-    points = _centred(study)
-    return float(
-        sum(geometry.contents(points, g.cells, g.family).sum() for g in study.distinct_sets)
-    )
-
-
-def sum_of_contents(study: Study) -> float:
-    """Sum of the volumes, or areas, of the cells, each by its absolute value."""
-    points = _centred(study)
-    return float(
-        sum(np.abs(geometry.contents(points, g.cells, g.family)).sum() for g in study.distinct_sets)
-    )
-
-
 def enclosed(study: Study, skin: Skin) -> float:
     """Volume, or area in the plane, that facets enclose, by the divergence theorem."""
-    points = _centred(study)
+    points = study.centred
     total = 0.0
     for width in np.unique(skin.width).tolist():
         total += float(geometry.flux(points[skin.rows[skin.width == width, :width]]).sum())
     return total
-
-
-def _centred(study: Study) -> Array:
-    points = study.points if study.plane is None else study.plane[0]
-    used = study.used
-    return points - points[used].mean(axis=0) if used.any() else points
 
 
 @dataclass(frozen=True)
@@ -270,7 +248,7 @@ def domain_of(study: Study) -> Domain:
     """Find the boundary of the distinct sound cells."""
     skin = skin_of(study)
     sides = sides_of(skin, study.n_points, study.dimension)
-    sign = -1.0 if total_content(study) < 0 else 1.0
+    sign = -1.0 if sum(float(c.sum()) for c in study.contents) < 0 else 1.0
     voids: list[Array] = []
     if study.dimension == 3 or study.plane is not None:
         voids = missing_cells(study, skin, sides, sign)

@@ -157,8 +157,7 @@ def overlapping(
         Of the others, at least; the boxes larger than that are left out.
     """
     left = MOST_PAIRS * (len(low) + len(other_low) + 1000)
-    # Powers of 16, since every size of the grid costs a search for all boxes.
-    levels = np.frexp(np.maximum(size, 2.0**-45))[1] // 4 * 4 + 3
+    levels = grid_widths(size)[1]
     code = levels @ np.array([1, 256, 65536][: levels.shape[1]])
     by_code = np.argsort(code, kind="stable")
     starts = np.flatnonzero(np.diff(code[by_code], prepend=np.iinfo(code.dtype).min))
@@ -181,6 +180,15 @@ def overlapping(
             left -= len(one)
             if left < 0:
                 return
+
+
+def grid_widths(size: Array) -> Pairs:
+    """Width of the grid that boxes are put in, (n,), and its logarithm along each axis (n, d).
+
+    Powers of 16, since every size of the grid costs a search for all boxes.
+    """
+    levels = np.frexp(np.maximum(size, 2.0**-45))[1] // 4 * 4 + 3
+    return 2.0 ** levels.min(axis=1, initial=1024), levels
 
 
 def _grid_cells(low: Array, high: Array, width: Array) -> Pairs:

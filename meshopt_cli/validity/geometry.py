@@ -282,6 +282,9 @@ def contents(points: Array, cells: Array, family: str) -> Array:
 
     Where points have three columns the areas are those in space, which have no sign.
     """
+    if family == "tetra":
+        parts = [_tet_volumes(points, cells[rows])[0] for rows in chunks(len(cells))]
+        return np.concatenate([np.empty(0), *parts]) / 6
     if family in CORNERS:
         origin = points[cells[:, :1]]
         total = np.zeros(len(cells))
@@ -314,7 +317,7 @@ def flux(facets: Array) -> Array:
     if facets.shape[1] == 3:
         return _triple(facets[:, 0], facets[:, 1], facets[:, 2]) / 6
     halves = [[0, 1, 2], [0, 2, 3], [0, 1, 3], [1, 2, 3]]
-    return sum(flux(facets[:, half]) for half in halves) / 2
+    return np.sum([flux(facets[:, half]) for half in halves], axis=0) / 2
 
 
 def _triple(a: Array, b: Array, c: Array) -> Array:

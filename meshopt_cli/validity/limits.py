@@ -63,6 +63,12 @@ class Gates:
     measure: str | None = None
     limits: tuple[Limit, ...] = ()
 
+    @property
+    def codes(self) -> tuple[str, ...]:
+        """The rules that report what is beyond these limits."""
+        own = () if self.fail_above is None else ("M401",)
+        return tuple(sorted({*own, *(limit.code for limit in self.limits)}))
+
 
 NO_GATES = Gates()
 

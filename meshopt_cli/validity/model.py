@@ -213,20 +213,29 @@ def rule(
     return enter
 
 
-def choose(select: Iterable[str] = (), ignore: Iterable[str] = ()) -> list[Rule]:
+def choose(
+    select: Iterable[str] = (), ignore: Iterable[str] = (), extend: Iterable[str] = ()
+) -> list[Rule]:
     """The rules that codes and prefixes stand for, in the order of their codes.
 
-    Nothing selected means all that are not on request.
+    Parameters
+    ----------
+    select : iterable of str
+        Nothing means all that are not on request.
+    ignore : iterable of str
+        What is left out of those.
+    extend : iterable of str
+        What is looked for besides.
 
     Raises
     ------
     ConfigError
         A code or prefix that no rule has.
     """
-    kept, dropped = _matching(select), _matching(ignore)
+    kept, dropped, more = _matching(select), _matching(ignore), _matching(extend)
     if not kept:
         kept = {code for code, row in RULES.items() if not row.on_request}
-    return [RULES[code] for code in sorted(kept - dropped)]
+    return [RULES[code] for code in sorted((kept | more) - dropped)]
 
 
 def _matching(prefixes: Iterable[str]) -> set[str]:

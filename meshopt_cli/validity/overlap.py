@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 WARP = 0.05  # cells with warped faces may reach this part of their size into their hull
 DOUBT = 1e4  # pairs less deep in each other than so many tolerances are looked at exactly
 MOST_EXACT = 500
+MANY = 100_000  # cells from which on it pays to start the compiler
 
 
 def overlapping_cells(study: Study) -> Pairs:
@@ -36,13 +37,18 @@ def overlapping_cells(study: Study) -> Pairs:
     else:
         return np.empty(0, np.int64), np.empty(0, np.int64)
     sets = [_good(study, group) for group in study.distinct_sets]
+    sizes = {group.family: _sizes(points, group.cells) for group in sets}
+    errors = {group.family: _greatest(noise, group.cells) for group in sets}
     for one, other in _candidates(study, points, noise, sets):
         for mine in sets:
             for others in sets:
                 rows, columns = _rows_in(mine, one), _rows_in(others, other)
                 both = (rows >= 0) & (columns >= 0)
                 a, b = rows[both], columns[both]
-                hit = _overlap(study, points, noise, mine, a, others, b)
+                families = mine.family, others.family
+                limit = study.touch * np.minimum(sizes[mine.family][a], sizes[others.family][b])
+                limit += 2 * np.maximum(errors[mine.family][a], errors[others.family][b])
+                hit = _overlap(study, points, mine.cells[a], others.cells[b], limit, families)
                 pair = np.stack([mine.numbers[a[hit]], others.numbers[b[hit]]])
                 later.append(pair.max(axis=0))
                 earlier.append(pair.min(axis=0))
@@ -86,14 +92,17 @@ def _candidates(study: Study, points: Array, noise: Array, sets: list[CellSet]) 
     cell_high = np.concatenate([pair[1] for pair in boxes])
     near = _near_any(low, high, cell_low, cell_high)
     cell_low, cell_high, all_numbers = cell_low[near], cell_high[near], all_numbers[near]
-    for facet, cell in contact.overlapping(
-        low, high, cell_low, cell_high, _cubes(cell_low, cell_high)
-    ):
+    cubes = _cubes(cell_low, cell_high)
+    for facet, cell in contact.overlapping(low, high, cell_low, cell_high, cubes):
         apart = owner[facet] != all_numbers[cell]
         yield owner[facet[apart]], all_numbers[cell[apart]]
-    # Facets that are larger than the cells near them.
+    # Facets that are larger than the cells near them, which that search left out.
+    width = contact.grid_widths(cubes)[0]
+    size = (high - low).max(axis=1)
+    large = np.flatnonzero(size > width.min(initial=np.inf))
+    low, high, owner, size = low[large], high[large], owner[large], size[large]
     for cell, facet in contact.overlapping(cell_low, cell_high, low, high, _cubes(low, high)):
-        apart = owner[facet] != all_numbers[cell]
+        apart = (owner[facet] != all_numbers[cell]) & (size[facet] > width[cell])
         yield owner[facet[apart]], all_numbers[cell[apart]]
 
 
@@ -146,40 +155,51 @@ def _doubtful(study: Study, facets) -> Array:
 def _overlap(
     study: Study,
     points: Array,
-    noise: Array,
-    mine: CellSet,
-    a: Array,
-    others: CellSet,
-    b: Array,
+    one: Array,
+    other: Array,
+    limit: Array,
+    families: tuple[str, str],
 ) -> Array:
-    """Which of the pairs of cells overlap, as rows of `a` and `b`."""
+    """Which pairs of cells overlap, as rows of `one` and `other`, their corners.
+
+    Parameters
+    ----------
+    one, other : (n, k) int64
+    limit : (n,) float64
+        How deep cells may reach into each other, from the tolerance and the rounding.
+    """
+    keep = np.arange(len(one))
+    warped = bool(set(families) - {"triangle", "tetra", "quad"})
+    if warped:
+        # The hulls of warped faces reach beyond them; those of neighbours overlap.
+        shared = (one[:, :, None] == other[:, None, :]).any(axis=2).sum(axis=1)
+        keep = keep[shared < 3]
+        one, other = one[keep], other[keep]
+        limit = limit[keep] * (WARP / study.touch if study.touch < WARP else 1.0)
+    tables = axes_of(families[0]), axes_of(families[1])
     hit = []
-    columns = np.ascontiguousarray(points.T)
-    size = [_sizes(points, group.cells) for group in (mine, others)]
-    error = [_greatest(noise, group.cells) for group in (mine, others)]
-    warped = {mine.family, others.family} - {"triangle", "tetra", "quad"}
-    for rows in geometry.chunks(len(a)):
-        one, other = mine.cells[a[rows]], others.cells[b[rows]]
-        keep = np.arange(len(one))
-        if warped:
-            # Of neighbours, the hulls of warped faces overlap.
-            shared = (one[:, :, None] == other[:, None, :]).any(axis=2).sum(axis=1)
-            keep = keep[shared < 3]
-            one, other = one[keep], other[keep]
-        touch = WARP if warped else study.touch
-        limit = touch * np.minimum(size[0][a[rows]][keep], size[1][b[rows]][keep])
-        limit += 2 * np.maximum(error[0][a[rows]][keep], error[1][b[rows]][keep])
-        tables = axes_of(mine.family), axes_of(others.family)
-        left, depth = _not_separated(columns[:, one.T], columns[:, other.T], limit, tables)
-        doubtful = left[depth[left] < DOUBT * limit[left]]
+    for rows in geometry.chunks(len(one)):
+        a, b, allowed = one[rows], other[rows], limit[rows]
+        if study.n_cells >= MANY and points.shape[1] == 3:
+            depth = _compiled_depths(points, a, b, allowed, tables)
+            left = np.flatnonzero(depth > allowed)
+        else:
+            left, depth = _not_separated(_columns(points, a), _columns(points, b), allowed, tables)
+        doubtful = left[depth[left] < DOUBT * allowed[left]]
         if len(doubtful) <= MOST_EXACT and not warped:
             apart = [
-                row for row in doubtful.tolist()
-                if exactly_separated(points[one[row]].T, points[other[row]].T, tables)
-            ]  # fmt: skip
+                row
+                for row in doubtful.tolist()
+                if exactly_separated(points[a[row]].T, points[b[row]].T, tables)
+            ]
             left = np.setdiff1d(left, np.array(apart, dtype=np.int64))
-        hit.append(rows.start + keep[left])
-    return np.concatenate([np.empty(0, np.int64), *hit])
+        hit.append(rows.start + left)
+    return keep[np.concatenate([np.empty(0, np.int64), *hit])]
+
+
+def _columns(points: Array, cells: Array) -> Array:
+    """Corners of cells, (d, k, n): numpy is fast along the last axis."""
+    return np.stack([points[vertices].T for vertices in cells.T], axis=1)
 
 
 def _greatest(values: Array, cells: Array) -> Array:
@@ -279,6 +299,18 @@ def _not_separated(one: Array, other: Array, limit: Array, tables: tuple[Pairs, 
         if len(kept) < len(left):
             left, one, other = left[kept], one[..., kept], other[..., kept]
     return left, depth
+
+
+def _compiled_depths(
+    points: Array, one: Array, other: Array, limit: Array, tables: tuple[Pairs, Pairs]
+) -> Array:
+    """How deep the cells of each pair reach into each other, (n,); see `kernels.separate`."""
+    from ..kernels.separate import depths
+
+    depth = np.empty(len(limit))
+    (facets, edges), (other_facets, other_edges) = tables
+    depths(points, one, other, limit, facets, other_facets, edges, other_edges, depth)
+    return depth
 
 
 def exactly_separated(one: Array, other: Array, tables: tuple[Pairs, Pairs]) -> bool:

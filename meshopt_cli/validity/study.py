@@ -274,6 +274,17 @@ class Study:
         return numbers[order], np.concatenate(earlier)[order]
 
     @cached_property
+    def centred(self) -> Array:
+        """Points as seen from their middle, in the plane of a planar mesh."""
+        points = self.points if self.plane is None else self.plane[0]
+        return points - points[self.used].mean(axis=0) if self.used.any() else points
+
+    @cached_property
+    def contents(self) -> list[Array]:
+        """Signed volume, or area in the plane, of the cells of each of `distinct_sets`."""
+        return [geometry.contents(self.centred, g.cells, g.family) for g in self.distinct_sets]
+
+    @cached_property
     def domain(self) -> Domain:
         """The boundary of the mesh, and the cells that are missing."""
         return domain_of(self)

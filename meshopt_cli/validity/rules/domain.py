@@ -138,7 +138,7 @@ def find_excess(study: Study) -> Places:
         return _nowhere()
     if not boundary.is_consistent(sides):
         return _nowhere()
-    total = boundary.sum_of_contents(study)
+    total = sum(float(np.abs(content).sum()) for content in study.contents)
     inside = domain.sign * boundary.enclosed(study, skin)
     if abs(total - inside) <= VOLUME * total:
         return _nowhere()

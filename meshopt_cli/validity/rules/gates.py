@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...errors import ConfigError
-from ...mesh import Array
+from ...mesh import TAG_NAMES, Array
 from ..limits import POWERS, Limit, measured
 from ..model import ERROR, WARNING, Places, at_cells, rule
 from ..study import Study
@@ -126,14 +126,13 @@ def _cells_in(study: Study, region: str) -> Array:
     ConfigError
         The mesh has no such region.
     """
-    from ...mesh import TAG_NAMES
-
     inside = np.zeros(study.n_cells, dtype=bool)
     named = study.mesh.names.get(region)
+    arrays: tuple[str, ...] = TAG_NAMES
     if named is not None:
         wanted, arrays = int(named[0]), ("gmsh:physical",)
     elif region.lstrip("-").isdigit():
-        wanted, arrays = int(region), TAG_NAMES
+        wanted = int(region)
     else:
         known = ", ".join(study.mesh.names) or "none has a name"
         raise ConfigError(f"no region {region!r} to put a gate on: {known}")
