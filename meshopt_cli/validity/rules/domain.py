@@ -12,6 +12,7 @@ from ..overlap import overlapping_cells
 from ..study import FAMILIES, Study, family_of
 from .pinches import open_sides, pinches
 
+MOST_OTHERS = 3  # related cells that a finding names at most
 VOLUME = 1e-9  # of the sum of all volumes: what rounding may add to it
 
 
@@ -115,7 +116,20 @@ def _is_facet(study: Study, rows: Array) -> Array:
 )
 def find_overlapping(study: Study) -> Places:
     later, earlier = overlapping_cells(study)
-    return at_cells(study, later, "the cell overlaps another", others=earlier[:, None])
+    # Around a cell that is inverted, the others overlap because of it.
+    wrong = study.corners_of(np.flatnonzero(study.shape.inverted | (study.shape.quads > 0)))
+    tangled = np.zeros(study.n_points, dtype=bool)
+    tangled[wrong[wrong >= 0]] = True
+    clear = np.ones(len(later), dtype=bool)
+    for numbers in (later, earlier):
+        corners = study.corners_of(numbers)
+        clear &= ~((corners >= 0) & tangled[corners]).any(axis=1)
+    later, earlier = later[clear], earlier[clear]
+    cells, first, count = np.unique(later, return_index=True, return_counts=True)
+    step = np.arange(MOST_OTHERS)[None]
+    others = earlier[np.minimum(first[:, None] + step, len(earlier) - 1)]
+    others = np.where(step < count[:, None], others, -1)
+    return at_cells(study, cells, "the cell overlaps another", others=others)
 
 
 @rule(
