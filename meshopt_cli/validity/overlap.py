@@ -21,6 +21,7 @@ from .geometry import Array, Pairs
 if TYPE_CHECKING:
     from .study import CellSet, Study
 
+FLAT_SIDED = {"triangle", "quad", "tetra"}
 WARP = 0.05  # cells with warped faces may reach this part of their size into their hull
 DOUBT = 1e4  # pairs less deep in each other than so many tolerances are looked at exactly
 MOST_EXACT = 500
@@ -46,7 +47,8 @@ def overlapping_cells(study: Study) -> Pairs:
                 both = (rows >= 0) & (columns >= 0)
                 a, b = rows[both], columns[both]
                 families = mine.family, others.family
-                limit = study.touch * np.minimum(sizes[mine.family][a], sizes[others.family][b])
+                touch = max(study.touch, 0.0 if {*families} <= FLAT_SIDED else WARP)
+                limit = touch * np.minimum(sizes[mine.family][a], sizes[others.family][b])
                 limit += 2 * np.maximum(errors[mine.family][a], errors[others.family][b])
                 hit = _overlap(study, points, mine.cells[a], others.cells[b], limit, families)
                 pair = np.stack([mine.numbers[a[hit]], others.numbers[b[hit]]])
@@ -169,13 +171,13 @@ def _overlap(
         How deep cells may reach into each other, from the tolerance and the rounding.
     """
     keep = np.arange(len(one))
-    warped = bool(set(families) - {"triangle", "tetra", "quad"})
+    warped = not {*families} <= FLAT_SIDED
     if warped:
         # The hulls of warped faces reach beyond them; those of neighbours overlap.
         shared = (one[:, :, None] == other[:, None, :]).any(axis=2).sum(axis=1)
         keep = keep[shared < 3]
         one, other = one[keep], other[keep]
-        limit = limit[keep] * (WARP / study.touch if study.touch < WARP else 1.0)
+        limit = limit[keep]
     tables = axes_of(families[0]), axes_of(families[1])
     hit = []
     for rows in geometry.chunks(len(one)):

@@ -156,7 +156,6 @@ def find_excess(study: Study) -> Places:
     inside = domain.sign * boundary.enclosed(study, skin)
     if abs(total - inside) <= VOLUME * total:
         return _nowhere()
-    scale = 2.0 ** (study.dimension * study.exponent)
     what = "volumes" if study.dimension == 3 else "areas"
     message = (
         f"the {what} add up to {total * scale:.9g}, the boundary encloses {inside * scale:.9g}"

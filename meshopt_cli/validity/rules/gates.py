@@ -96,16 +96,14 @@ def _beyond(study: Study, limits: list[Limit], message=None, families=()) -> Pla
     numbers, kinds = [np.empty(0, np.int64)], [np.empty(0, np.int64)]
     for kind, limit in enumerate(limits):
         chosen = None if limit.region is None else _cells_in(study, limit.region)
-        scale = 2.0 ** (study.exponent * POWERS.get(limit.quantity, 0))
-        if limit.quantity == "content":
-            scale = 2.0 ** (study.exponent * study.dimension)
+        power = study.dimension if limit.quantity == "content" else POWERS.get(limit.quantity, 0)
         for group in study.cell_sets:
             if families and group.family not in families:
                 continue
             values = measured(limit.quantity, points, group.cells, group.family)
             if values is None:
                 continue
-            values = values * scale
+            values = np.ldexp(values, power * study.exponent)
             beyond = values < limit.value if limit.is_least else values > limit.value
             if chosen is not None:
                 beyond &= chosen[group.numbers]
