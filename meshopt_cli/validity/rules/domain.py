@@ -157,9 +157,9 @@ def find_excess(study: Study) -> Places:
     if abs(total - inside) <= VOLUME * total:
         return _nowhere()
     what = "volumes" if study.dimension == 3 else "areas"
-    message = (
-        f"the {what} add up to {total * scale:.9g}, the boundary encloses {inside * scale:.9g}"
-    )
+    # As the file has it; infinite where no number is large enough.
+    total, inside = np.ldexp([total, inside], study.dimension * study.exponent).tolist()
+    message = f"the {what} add up to {total:.9g}, the boundary encloses {inside:.9g}"
     return Places((message,), cells=np.full((1, 2), -1))
 
 
