@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import adjacency, validity
-from .errors import BadMeshError, InvariantError
+from .errors import BadMeshError, InvariantError, UnsupportedMeshError
 from .mesh import (
     Mesh,
     Simplices,
@@ -85,7 +85,7 @@ def optimize(
         The result is not what it must be: a bug, and nothing to be used.
     """
     start = time.perf_counter()
-    main_type(mesh)
+    require_simplices(mesh)
     mesh, tangle = sound(mesh, any(step.name == "untangle" for step in pipeline.passes()))
     source = cast(mesh)
     others = tuple(MEASURES.values()) if with_all_measures else ()
@@ -106,6 +106,30 @@ def optimize(
         raise InvariantError(f"the worst Q rose from {before.worst} to {after.worst}")
     prove(source, final, mesh.points, result.points, origin)
     return Result(result, measure, before, after, outcome, time.perf_counter() - start)
+
+
+def require_simplices(mesh: Mesh) -> None:
+    """Refuse a mesh that has other cells than those that can be optimized.
+
+    Raises
+    ------
+    InvalidMeshError
+        It has, and it is not valid either.
+    BadMeshError, UnsupportedMeshError
+        See `mesh.main_type`.
+    """
+    try:
+        main_type(mesh)
+    except UnsupportedMeshError:
+        report = validity.check(mesh, overlaps=False)
+        if report.is_valid:
+            raise
+        raise InvalidMeshError(_not_valid(report), mesh, report) from None
+
+
+def _not_valid(report: validity.Report) -> str:
+    codes = ", ".join(sorted(group.code for group in report.errors))
+    return f"the mesh is not valid ({codes}): nothing written"
 
 
 def sound(mesh: Mesh, untangles: bool) -> tuple[Mesh, validity.Report | None]:
@@ -139,8 +163,7 @@ def sound(mesh: Mesh, untangles: bool) -> tuple[Mesh, validity.Report | None]:
     if untangles and broken <= TANGLE and broken & {"M101", "M102"}:
         log.warning("the mesh has inverted or flat cells: they are to be untangled")
         return mesh, report
-    codes = ", ".join(sorted(broken))
-    raise InvalidMeshError(f"the mesh is not valid ({codes}): nothing written", mesh, report)
+    raise InvalidMeshError(_not_valid(report), mesh, report)
 
 
 def prove(
