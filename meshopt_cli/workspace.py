@@ -20,6 +20,7 @@ from .kernels.types import (
     MAX_SHELL,
     N_CELLS,
     N_FREE,
+    N_POINTS,
     Journal,
     Scratch,
     SimplexMesh,
@@ -260,6 +261,19 @@ class Workspace:
         keys = self.mesh.required // old * n_points + self.mesh.required % old
         self.mesh = self.mesh._replace(**larger, required=keys)
         self.scratch = _new_scratch(len(self.mesh.cells), n_points)
+
+    def make_room(self, ratio: float, n_attempts: int) -> int:
+        """Make room for a new vertex an attempt, within a ratio of the points of the input.
+
+        Returns
+        -------
+        room : int
+            Rows of the vertex arrays that may be used.
+        """
+        # Never less than the input had.
+        most = int(ratio * self.n_input_points) + 1
+        self.reserve_points(min(most, int(self.mesh.state[N_POINTS]) + n_attempts))
+        return min(most, len(self.mesh.points))
 
     def result(self) -> tuple[Simplices, Array]:
         """The mesh as it is now, without the vertices that vanished.

@@ -107,17 +107,24 @@ def grow_cavity(mesh, cell, p, scratch):
         before = min(before, mesh.quality[added])
         n_facets = close_facets(mesh, added, facets, values, n_facets, p, stamp, scratch)
     # Take the later cells out again.
+    return best_n, enclose(mesh, best_n, scratch), best_worst, best_before
+
+
+@kernel
+def enclose(mesh, n_cells, scratch):
+    """Collect the facets of the first cells of `scratch.cavity`; returns how many there are."""
+    cavity = scratch.cavity
     n_facets = 0
     stamp = next_stamp(scratch)
-    for i in range(best_n):
+    for i in range(n_cells):
         scratch.cell_mark[cavity[i]] = stamp
-    for i in range(best_n):
-        for k in range(width):
+    for i in range(n_cells):
+        for k in range(mesh.cells.shape[1]):
             beyond = mesh.neighbours[cavity[i], k]
             if beyond < 0 or scratch.cell_mark[beyond >> 2] != stamp:
-                facets[n_facets] = 4 * cavity[i] + k
+                scratch.ball[n_facets] = 4 * cavity[i] + k
                 n_facets += 1
-    return best_n, n_facets, best_worst, best_before
+    return n_facets
 
 
 @kernel
