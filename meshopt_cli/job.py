@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from .mesh import (
 )
 from .passes import Observer
 from .pipeline import Outcome, Pipeline
-from .quality import MEASURES, Measure, Summary, summarize
+from .quality import MEASURES, Measure, Summary, forced_angles, summarize
 from .transfer import carry
 from .workspace import Workspace
 
@@ -71,7 +71,8 @@ def optimize(
     Parameters
     ----------
     with_all_measures : bool
-        Whether the summaries tell the worst Q by every measure, which takes a while.
+        Whether the summaries tell the worst Q by every measure, and the angles that the boundary
+        forces, which takes a while.
     with_data : bool
         Whether the arrays of the mesh go along; its tags do in any case.
 
@@ -104,6 +105,9 @@ def optimize(
     after = summarize(final, measure, others, before.target)
     if after.n_invalid or after.worst > before.worst * (1 + 1e-6):
         raise InvariantError(f"the worst Q rose from {before.worst} to {after.worst}")
+    if with_all_measures:
+        forced = forced_angles(source)
+        before, after = replace(before, forced=forced), replace(after, forced=forced)
     prove(source, final, mesh.points, result.points, origin)
     return Result(result, measure, before, after, outcome, time.perf_counter() - start)
 

@@ -101,7 +101,8 @@ def command(
     clock = [time.perf_counter()]
     mesh, source = formats.read(input, input_format)
     binary = None if ascii is None else not ascii
-    needs_all = as_json or any(r.suffix.lower() == ".json" for r in reports)
+    as_data = as_json or any(r.suffix.lower() == ".json" for r in reports)
+    needs_all = as_data or verbosity > 0 or preset == "best"
     try:
         with naming(input):
             require_simplices(mesh)
