@@ -11,7 +11,7 @@ import math
 from ._jit import entry, kernel
 from .ball import longest_edge_at, quality_at
 from .cavity import has_room
-from .geometry import Vec, at
+from .geometry import FREE, Vec, at
 from .relocate import climb, rounded
 from .shell import is_required
 from .split import Insertion, apply_insertion, enclose
@@ -134,7 +134,7 @@ def simulate_constrained_split(mesh, cell, entity, on_boundary, keep, scratch):
     for i in range(n_facets):
         worst = min(worst, quality_at(mesh, scratch.ball[i], p))
     size = longest_edge_at(mesh, scratch.ball, n_facets, p)
-    p, worst = climb(mesh, scratch.ball, n_facets, p, worst, size, scratch)
+    p, worst = climb(mesh, scratch.ball, n_facets, p, worst, size, FREE, scratch)
     if worst <= 0.0:
         return Insertion(INVALID, n, n_facets, p, worst)
     if worst < keep * before:

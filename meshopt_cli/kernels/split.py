@@ -14,7 +14,7 @@ from typing import NamedTuple
 from ._jit import entry, kernel
 from .ball import longest_edge_at, next_stamp, quality_at
 from .cavity import has_room, replace_cells
-from .geometry import Vec, at, toward
+from .geometry import FREE, Vec, at, toward
 from .journal import keep_vertex
 from .relocate import climb, rounded
 from .shell import is_required
@@ -180,7 +180,7 @@ def refine_insertion(mesh, cell, start, gain, scratch):
         if worst <= 0.0:
             break
         size = longest_edge_at(mesh, scratch.ball, n_facets, p)
-        p, climbed = climb(mesh, scratch.ball, n_facets, p, worst, size, scratch)
+        p, climbed = climb(mesh, scratch.ball, n_facets, p, worst, size, FREE, scratch)
         n_cells, n_facets, worst, before = grow_cavity(mesh, cell, p, scratch)
         if worst < climbed:
             break
