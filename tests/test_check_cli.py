@@ -91,7 +91,7 @@ def test_rules_on_request(check, good):
     assert check(good)[1] == f"{good}: valid\n"
     status, out, _ = check(good, "--extend-select", "M3", "--format", "json")
     assert status == 0
-    assert set(json.loads(out)["files"][0]["counts"]) == {"M301", "M302", "M303"}
+    assert set(json.loads(out)["files"][0]["counts"]) == {"M302", "M303"}
 
 
 def test_overconstrained_cells_edges_and_faces(check, tmp_path):
@@ -371,8 +371,7 @@ def test_mark(check, tmp_path):
 
 def test_mark_of_a_valid_mesh_is_empty(check, good, tmp_path):
     assert check(good, "--mark", tmp_path / "marked.vtu")[0] == 0
-    shown, _ = formats.read(tmp_path / "marked.vtu")
-    assert sum(len(b.cells) for b in shown.blocks) == 0
+    assert b'NumberOfCells="0"' in (tmp_path / "marked.vtu").read_bytes()
 
 
 def test_mark_goes_with_one_mesh_and_a_file_of_its_own(check, good, bad, tmp_path):
@@ -422,7 +421,7 @@ def test_small_files_need_no_compiler(good):
     code = (
         "import sys; from meshopt_cli.cli.main import status_of\n"
         f"assert status_of(['check', {str(good)!r}, '--min-angle', '1']) == 0\n"
-        "print({'numba', 'rich', 'tqdm'} & set(sys.modules))"
+        "print({'numba', 'tqdm'} & set(sys.modules))"
     )
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True,
                          env=os.environ)  # fmt: skip
