@@ -118,7 +118,13 @@ def measured(quantity: str, points: Array, cells: Array, family: str) -> Array |
         "triangle", "quad", "tetra", "pyramid", "wedge" or "hexahedron".
     """
     if quantity in QUANTITIES:
-        return QUANTITIES[quantity](points, cells, family)
+        parts = []
+        for rows in geometry.chunks(len(cells)):
+            part = QUANTITIES[quantity](points, cells[rows], family)
+            if part is None:
+                return None
+            parts.append(part)
+        return np.concatenate([np.empty(0), *parts])
     if family not in ("triangle", "tetra"):
         return None
     # The measures are kernels: imported when a limit asks for them.
@@ -166,37 +172,46 @@ def _corners(points: Array, cells: Array, family: str) -> Array | None:
     return np.degrees(np.arctan2(geometry.norms(np.cross(a, b)), (a * b).sum(axis=-1)))
 
 
-def _dihedrals(points: Array, cells: Array, family: str) -> Array | None:
-    """Dihedral angles of solids, in degrees (Definition 18.1)."""
+def _dihedral_cosines(points: Array, cells: Array, family: str) -> Array | None:
+    """Cosines of the dihedral angles of solids (Definition 18.1)."""
     if family not in geometry.CORNERS:
         return None
     normals = geometry.facet_normals(points, cells, family)
-    one, other = (normals[:, side] for side in geometry.HINGES[family].T)
-    return np.degrees(np.arctan2(geometry.norms(np.cross(one, other)), -(one * other).sum(axis=-1)))
+    normals /= geometry.norms(normals)[..., None]
+    one, other = geometry.HINGES[family].T
+    return -np.einsum("nij,nij->ni", normals[:, one], normals[:, other])
 
 
-def _least(angles: Callable[[Array, Array, str], Array | None]):
-    def least(points: Array, cells: Array, family: str) -> Array | None:
-        found = angles(points, cells, family)
-        return None if found is None else found.min(axis=1, initial=180.0)
-
-    return least
+def _dihedral_min(points: Array, cells: Array, family: str) -> Array | None:
+    cosines = _dihedral_cosines(points, cells, family)
+    return None if cosines is None else _degrees(cosines.max(axis=1, initial=-1.0))
 
 
-def _greatest(angles: Callable[[Array, Array, str], Array | None]):
-    def greatest(points: Array, cells: Array, family: str) -> Array | None:
-        found = angles(points, cells, family)
-        return None if found is None else found.max(axis=1, initial=0.0)
+def _dihedral_max(points: Array, cells: Array, family: str) -> Array | None:
+    cosines = _dihedral_cosines(points, cells, family)
+    return None if cosines is None else _degrees(cosines.min(axis=1, initial=1.0))
 
-    return greatest
+
+def _degrees(cosine: Array) -> Array:
+    return np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
+
+
+def _corner_min(points: Array, cells: Array, family: str) -> Array | None:
+    angles = _corners(points, cells, family)
+    return None if angles is None else angles.min(axis=1, initial=180.0)
+
+
+def _corner_max(points: Array, cells: Array, family: str) -> Array | None:
+    angles = _corners(points, cells, family)
+    return None if angles is None else angles.max(axis=1, initial=0.0)
 
 
 # Angles in degrees; lengths, areas and volumes in the unit of the file.
 QUANTITIES: dict[str, Callable[[Array, Array, str], Array | None]] = {
-    "dihedral-min": _least(_dihedrals),
-    "dihedral-max": _greatest(_dihedrals),
-    "corner-min": _least(_corners),
-    "corner-max": _greatest(_corners),
+    "dihedral-min": _dihedral_min,
+    "dihedral-max": _dihedral_max,
+    "corner-min": _corner_min,
+    "corner-max": _corner_max,
     "edge-min": _edge_min,
     "edge-max": _edge_max,
     "height-min": _height_min,

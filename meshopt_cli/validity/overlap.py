@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from . import contact, geometry
-from .geometry import Array, Pairs
+from .geometry import MANY, Array, Pairs
 
 if TYPE_CHECKING:
     from .study import CellSet, Study
@@ -25,7 +25,6 @@ FLAT_SIDED = {"triangle", "quad", "tetra"}
 WARP = 1e-3  # parts of cells with warped faces may reach this part of their size into others
 DOUBT = 1e4  # pairs less deep in each other than so many tolerances are looked at exactly
 MOST_EXACT = 500
-MANY = 100_000  # cells from which on it pays to start the compiler
 
 
 def overlapping_cells(study: Study) -> Pairs:
@@ -373,6 +372,7 @@ def _compiled_depths(
     from ..kernels.separate import depths
 
     depth = np.empty(len(limit))
+    one, other = np.ascontiguousarray(one), np.ascontiguousarray(other)
     (facets, edges), (other_facets, other_edges) = tables
     depths(points, one, other, limit, facets, other_facets, edges, other_edges, depth)
     return depth
