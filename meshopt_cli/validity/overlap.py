@@ -25,10 +25,15 @@ FLAT_SIDED = {"triangle", "quad", "tetra"}
 WARP = 1e-3  # parts of cells with warped faces may reach this part of their size into others
 DOUBT = 1e4  # pairs less deep in each other than so many tolerances are looked at exactly
 MOST_EXACT = 500
+MOST_FOUND = 20_000
 
 
 def overlapping_cells(study: Study) -> Pairs:
-    """Numbers of cells that overlap, the later and the earlier ones, each pair once."""
+    """Numbers of cells that overlap, the later and the earlier ones, each pair once.
+
+    The search ends after `MOST_FOUND` pairs, which only meshes reach whose cells lie across each
+    other everywhere.
+    """
     later, earlier = [], []
     if study.plane is not None:
         points, noise, _ = study.plane
@@ -61,6 +66,8 @@ def overlapping_cells(study: Study) -> Pairs:
                 pair = np.stack([mine.numbers[a[hit]], others.numbers[b[hit]]])
                 later.append(pair.max(axis=0))
                 earlier.append(pair.min(axis=0))
+        if sum(len(numbers) for numbers in later) > MOST_FOUND:
+            break
     none = np.empty(0, np.int64)
     pairs = np.stack([np.concatenate([none, *later]), np.concatenate([none, *earlier])])
     found = np.unique(pairs, axis=1)
