@@ -143,8 +143,10 @@ def missing_cells(study: Study, skin: Skin, sides: Sides, sign: float) -> list[A
     found = []
     open_ = np.zeros(len(label), dtype=bool)
     open_[label[sides.facet[sides.count[sides.side] != 2]]] = True
+    order = np.argsort(label, kind="stable")
+    ends = np.cumsum(n_facets)
     for piece in np.flatnonzero((n_facets >= 4) & (n_facets <= 6) & ~open_).tolist():
-        rows = np.flatnonzero(label == piece)
+        rows = order[ends[piece] - n_facets[piece] : ends[piece]]
         widths = {int(w): int(n) for w, n in zip(*np.unique(skin.width[rows], return_counts=True),
                                                  strict=True)}  # fmt: skip
         n_vertices = len(np.unique(skin.rows[rows][skin.rows[rows] >= 0]))

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from fractions import Fraction
-from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -92,7 +91,14 @@ def _pair_keys(study: Study, one: Array, other: Array) -> Array:
 
 
 def _good(study: Study, group: CellSet) -> CellSet:
-    good = ~study.explained[group.numbers]
+    """The cells whose own shape is not wrong, nor that of one at their vertices.
+
+    Around a cell that is inverted, the others overlap because of it.
+    """
+    wrong = study.corners_of(np.flatnonzero(study.shape.inverted | (study.shape.quads > 0)))
+    tangled = np.zeros(study.n_points, dtype=bool)
+    tangled[wrong[wrong >= 0]] = True
+    good = ~study.explained[group.numbers] & ~tangled[group.cells].any(axis=1)
     return group if good.all() else type(group)(
         group.family, group.cells[good], group.numbers[good]
     )  # fmt: skip
@@ -123,7 +129,7 @@ def _candidates(study: Study, points: Array, noise: Array, sets: list[CellSet]) 
     boxes = [contact.boxes(points, noise, group.cells, 0.0) for group in sets]
     cell_low = np.concatenate([pair[0] for pair in boxes])
     cell_high = np.concatenate([pair[1] for pair in boxes])
-    near = _near_any(low, high, cell_low, cell_high)
+    near = contact.near_any(low, high, cell_low, cell_high)
     cell_low, cell_high, all_numbers = cell_low[near], cell_high[near], all_numbers[near]
     cubes = _cubes(cell_low, cell_high)
     for facet, cell in contact.overlapping(low, high, cell_low, cell_high, cubes):
@@ -141,38 +147,6 @@ def _candidates(study: Study, points: Array, noise: Array, sets: list[CellSet]) 
 
 def _cubes(low: Array, high: Array) -> Array:
     return np.broadcast_to((high - low).max(axis=1, keepdims=True, initial=0.0), low.shape)
-
-
-def _near_any(low: Array, high: Array, cell_low: Array, cell_high: Array) -> Array:
-    """Rows of cells that share a cube of a coarse grid with a boundary facet."""
-    if len(cell_low) < 1000 or not len(low):
-        return np.arange(len(cell_low))
-    least, greatest = cell_low.min(axis=0), cell_high.max(axis=0)
-    n = 64 if low.shape[1] == 3 else 256
-    width = np.maximum((greatest - least).max() / n, 1e-300)
-    shape = np.floor((greatest - least) / width).astype(np.int64) + 1
-    used = np.zeros(shape, dtype=bool)
-    first = np.clip(np.floor((low - least) / width).astype(np.int64), 0, shape - 1)
-    last = np.clip(np.floor((high - least) / width).astype(np.int64), 0, shape - 1)
-    # A running sum over corners of boxes says in one pass which cubes the boxes cover.
-    count = np.zeros(shape + 1, dtype=np.int64)
-    for corner in product((0, 1), repeat=low.shape[1]):
-        at = np.where(np.array(corner) == 1, last + 1, first)
-        np.add.at(count, tuple(at.T), (-1) ** sum(corner))
-    for axis in range(low.shape[1]):
-        count = np.cumsum(count, axis=axis)
-    used = count[tuple(slice(0, k) for k in shape)] > 0
-    total = np.zeros(shape + 1, dtype=np.int64)
-    total[tuple(slice(1, None) for _ in shape)] = used
-    for axis in range(low.shape[1]):
-        total = np.cumsum(total, axis=axis)
-    first = np.clip(np.floor((cell_low - least) / width).astype(np.int64), 0, shape - 1)
-    last = np.clip(np.floor((cell_high - least) / width).astype(np.int64), 0, shape - 1)
-    inside = np.zeros(len(cell_low), dtype=np.int64)
-    for corner in product((0, 1), repeat=low.shape[1]):
-        at = np.where(np.array(corner) == 1, first, last + 1)
-        inside += (-1) ** sum(corner) * total[tuple(at.T)]
-    return np.flatnonzero(inside > 0)
 
 
 def _doubtful(study: Study, facets) -> Array:
