@@ -170,7 +170,7 @@ def sound(mesh: Mesh, untangles: bool) -> tuple[Mesh, validity.Report | None]:
     broken = {group.code for group in report.errors}
     if broken <= ORIENTATION:
         turned, n_turned = with_positive_tets(mesh)
-        if n_turned and validity.check(turned).is_valid:
+        if n_turned and validity.check(turned, overlaps=False).is_valid:
             log.warning("%d cells had the other orientation: they are turned", n_turned)
             return turned, None
     if untangles and broken <= TANGLE and broken & {"M101", "M102"}:

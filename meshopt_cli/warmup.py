@@ -22,10 +22,12 @@ from .kernels.constrained import sweep_constrained
 from .kernels.flip import sweep_flip
 from .kernels.mend import Mending, sweep_mend
 from .kernels.relax import sweep_relax
+from .kernels.separate import depths
 from .kernels.shell_swap import Swap, sweep_swap
 from .kernels.split import sweep_split
 from .kernels.target import best_over_face, estimate_targets
 from .kernels.types import N_VERDICTS
+from .kernels.unite import unite
 from .mesh import Simplices
 from .transfer import find
 from .workspace import Workspace
@@ -97,6 +99,14 @@ def compile_rest(work: Workspace) -> None:
     find(work.result()[0], np.zeros((1, 3)), np.zeros(1, np.int64))
 
 
+def compile_check(work: Workspace) -> None:
+    cells, edges = work.mesh.cells[:1], np.zeros((1, 2), dtype=np.int64)
+    depth = np.zeros(1)
+    depths(work.mesh.points, cells, cells, depth, cells[:, :3].copy(), cells[:, :3].copy(),
+           edges, edges, depth)  # fmt: skip
+    unite(np.arange(2), NOTHING, NOTHING)
+
+
 def no_counts() -> np.ndarray:
     return np.zeros(N_VERDICTS, dtype=np.int64)
 
@@ -110,6 +120,7 @@ TASKS: dict[Callable[[Workspace], None], float] = {
     compile_swap: 3,
     compile_relocation: 3,
     compile_rest: 3,
+    compile_check: 1,
 }
 
 

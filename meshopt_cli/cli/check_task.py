@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import glob
+import logging
 import os
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
@@ -11,13 +12,21 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import EXIT_BAD_MESH, EXIT_DONE, EXIT_FILES, MeshoptError, ReadError
+from ..mesh import Mesh, dimension_of
 from ..report.verdict import Verdict
 from ..validity import Gates, Report, check, choose
+from ..validity.limits import families_of
+from ..validity.study import family_of
 from .findings import verdict_on
 from .terminal import set_up_log
 
 # Files smaller than this together are not worth another process.
 SMALL = 4 << 20
+# Limits that stand for one quantity in the plane and another in space: one of them is idle.
+PAIRED = ("M402",)
+DEFAULT_NAME = "Q"
+
+log = logging.getLogger("meshopt")
 
 
 @dataclass(frozen=True)
@@ -94,10 +103,24 @@ def examine(path: Path, task: Task) -> Verdict:
     except MeshoptError as error:
         text = str(error) if task.mark and str(task.mark) in str(error) else f"{path}: {error}"
         return Verdict(str(path), error.exit_status, error=text)
+    _warn_of_idle_gates(path, mesh, task.gates)
     status, error_text = (EXIT_DONE if report.is_valid else EXIT_BAD_MESH), ""
     if mesh.dimension() < 2:
         status, error_text = EXIT_BAD_MESH, f"{path}: no triangles or tetrahedra to check"
     return verdict_on(path, source, mesh, report, status, checked, task.limit, error_text)
+
+
+def _warn_of_idle_gates(path: Path, mesh: Mesh, gates: Gates) -> None:
+    """Say which limits are on a quantity that no cell of the mesh has."""
+    top = mesh.dimension()
+    families = {family_of(b) for b in mesh.blocks if len(b.cells) and dimension_of(b.type) == top}
+    names = [x.quantity for x in gates.limits if x.code not in PAIRED]
+    if gates.fail_above is not None:
+        names.append(gates.measure or DEFAULT_NAME)
+    for name in dict.fromkeys(names):
+        if families and not families & set(families_of(name)):
+            kinds = ", ".join(sorted(families))
+            log.warning("%s: no gate on %s holds for cells of type %s", path, name, kinds)
 
 
 def examine_all(paths: list[Path], task: Task, jobs: int | None) -> Iterator[Verdict]:

@@ -35,7 +35,11 @@ def rows(table: str) -> list[tuple[str, ...]]:
     if table == "rules":
         from ..validity import RULES
 
-        return [(r.code, r.severity, r.title, r.explanation) for r in RULES.values()]
+        return [
+            (r.code, f"{r.severity}{', on request' if r.on_request else ''}", r.title,
+             r.explanation, r.source)
+            for r in RULES.values()
+        ]  # fmt: skip
     from ..presets import PRESETS
 
     return [(p.name, p.summary) for p in PRESETS.values()]

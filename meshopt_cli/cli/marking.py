@@ -9,14 +9,14 @@ import numpy as np
 from .. import formats
 from ..formats import Source
 from ..mesh import Array, Block, Mesh, with_depth
-from ..validity import Report
+from ..validity import Group, Report
 
 # Names of the arrays; each code has one of its own besides.
 CODE, CELL, POINT = "meshopt:code", "meshopt:cell", "meshopt:point"
 
 
 def write_marks(path: Path, source: Source, mesh: Mesh, report: Report) -> None:
-    """Write the cells that break a rule, and the points as cells of type vertex.
+    """Write the cells that have a part in a finding, and the points as cells of type vertex.
 
     Cells with vertices that do not exist, and points that are nowhere, cannot be shown.
 
@@ -70,17 +70,22 @@ def marks(mesh: Mesh, report: Report) -> Mesh:
 
 
 def _cells(report: Report, code: str, block: int) -> Array:
-    """Rows of a block that break a rule."""
+    """Rows of a block that have a part in what breaks a rule."""
     places = next(group.places for group in report.groups if group.code == code)
-    if places.cells is None:
-        return np.empty(0, np.int64)
-    return places.cells[places.cells[:, 0] == block, 1]
+    found = [np.empty((0, 2), np.int64)]
+    found += [cells.reshape(-1, 2) for cells in (places.cells, places.other_cells)
+              if cells is not None]  # fmt: skip
+    cells = np.concatenate(found)
+    return cells[cells[:, 0] == block, 1]
 
 
-def _points(group) -> Array:
-    if group.places.points is None:
-        return np.empty(0, np.int64)
-    return group.places.points[group.places.points >= 0]
+def _points(group: Group) -> Array:
+    """Points that have a part in what breaks a rule."""
+    found = [np.empty(0, np.int64)]
+    found += [points.ravel() for points in (group.places.points, group.places.other_points)
+              if points is not None]  # fmt: skip
+    points = np.concatenate(found)
+    return points[points >= 0]
 
 
 def _arrays(masks: dict[str, Array]) -> dict[str, Array]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..adjacency import row_ids
 from . import geometry
-from .geometry import Array, Pairs
+from .geometry import MANY, Array, Pairs
 
 if TYPE_CHECKING:
     from .study import FacetSet, Study
@@ -143,8 +143,10 @@ def missing_cells(study: Study, skin: Skin, sides: Sides, sign: float) -> list[A
     found = []
     open_ = np.zeros(len(label), dtype=bool)
     open_[label[sides.facet[sides.count[sides.side] != 2]]] = True
+    order = np.argsort(label, kind="stable")
+    ends = np.cumsum(n_facets)
     for piece in np.flatnonzero((n_facets >= 4) & (n_facets <= 6) & ~open_).tolist():
-        rows = np.flatnonzero(label == piece)
+        rows = order[ends[piece] - n_facets[piece] : ends[piece]]
         widths = {int(w): int(n) for w, n in zip(*np.unique(skin.width[rows], return_counts=True),
                                                  strict=True)}  # fmt: skip
         n_vertices = len(np.unique(skin.rows[rows][skin.rows[rows] >= 0]))
@@ -285,43 +287,15 @@ def parts(study: Study, region: Array | None = None) -> Array:
         ones.append(one)
         others.append(other)
     none = np.empty(0, np.int64)
-    return components(
-        study.n_cells, np.concatenate([none, *ones]), np.concatenate([none, *others]), region
-    )
+    return components(study.n_cells, np.concatenate([none, *ones]), np.concatenate([none, *others]))
 
 
-def components(n: int, one: Array, other: Array, region: Array | None = None) -> Array:
-    """For each of `n` items the least one that pairs link it to.
+def components(n: int, one: Array, other: Array) -> Array:
+    """For each of `n` items the least one that pairs link it to."""
+    if n < MANY:
+        return geometry.first_of(n, one, other)
+    from ..kernels.unite import unite
 
-    Walks from the first item of each region over whole fronts at a time; few items remain.
-    """
-    start, to = _lists(n, one, other)
-    label = np.full(n, -1)
-    groups = np.zeros(n, np.int64) if region is None else region
-    _, seeds = np.unique(groups, return_index=True)
-    label[seeds] = seeds
-    front = seeds
-    while len(front):
-        count = start[front + 1] - start[front]
-        step = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-        reached = to[np.repeat(start[front], count) + step]
-        source = np.repeat(label[front], count)
-        fresh = label[reached] < 0
-        label[reached[fresh]] = source[fresh]
-        front = np.unique(reached[fresh])
-    rest = np.flatnonzero(label < 0)
-    if len(rest):
-        number = np.full(n, -1)
-        number[rest] = np.arange(len(rest))
-        inside = label[one] < 0
-        first = geometry.first_of(len(rest), number[one[inside]], number[other[inside]])
-        label[rest] = rest[first]
-    return label
-
-
-def _lists(n: int, one: Array, other: Array) -> Pairs:
-    """The partners of each item, one after the other: starts (n + 1,) and partners."""
-    source, target = np.concatenate([one, other]), np.concatenate([other, one])
-    start = np.zeros(n + 1, np.int64)
-    np.cumsum(np.bincount(source, minlength=n), out=start[1:])
-    return start, target[np.argsort(source, kind="stable")]
+    parent = np.arange(n)
+    unite(parent, one, other)
+    return parent

@@ -182,6 +182,38 @@ def overlapping(
                 return
 
 
+def near_any(low: Array, high: Array, cell_low: Array, cell_high: Array) -> Array:
+    """Rows of cells that share a cube of a coarse grid with a boundary facet."""
+    if len(cell_low) < 1000 or not len(low):
+        return np.arange(len(cell_low))
+    least, greatest = cell_low.min(axis=0), cell_high.max(axis=0)
+    n = 64 if low.shape[1] == 3 else 256
+    width = np.maximum((greatest - least).max() / n, 1e-300)
+    shape = np.floor((greatest - least) / width).astype(np.int64) + 1
+    used = np.zeros(shape, dtype=bool)
+    first = np.clip(np.floor((low - least) / width).astype(np.int64), 0, shape - 1)
+    last = np.clip(np.floor((high - least) / width).astype(np.int64), 0, shape - 1)
+    # A running sum over corners of boxes says in one pass which cubes the boxes cover.
+    count = np.zeros(shape + 1, dtype=np.int64)
+    for corner in product((0, 1), repeat=low.shape[1]):
+        at = np.where(np.array(corner) == 1, last + 1, first)
+        np.add.at(count, tuple(at.T), (-1) ** sum(corner))
+    for axis in range(low.shape[1]):
+        count = np.cumsum(count, axis=axis)
+    used = count[tuple(slice(0, k) for k in shape)] > 0
+    total = np.zeros(shape + 1, dtype=np.int64)
+    total[tuple(slice(1, None) for _ in shape)] = used
+    for axis in range(low.shape[1]):
+        total = np.cumsum(total, axis=axis)
+    first = np.clip(np.floor((cell_low - least) / width).astype(np.int64), 0, shape - 1)
+    last = np.clip(np.floor((cell_high - least) / width).astype(np.int64), 0, shape - 1)
+    inside = np.zeros(len(cell_low), dtype=np.int64)
+    for corner in product((0, 1), repeat=low.shape[1]):
+        at = np.where(np.array(corner) == 1, first, last + 1)
+        inside += (-1) ** sum(corner) * total[tuple(at.T)]
+    return np.flatnonzero(inside > 0)
+
+
 def grid_widths(size: Array) -> Pairs:
     """Width of the grid that boxes are put in, (n,), and its logarithm along each axis (n, d).
 

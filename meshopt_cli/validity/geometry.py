@@ -14,6 +14,7 @@ Array = np.ndarray
 Pairs = tuple[Array, Array]
 
 FLAT = 1e-10  # least height of a cell, as a fraction of its longest edge
+MANY = 100_000  # cells from which on compiled code is worth its start
 CHUNK = 1 << 16  # cells at a time: what fits in the cache of a processor
 
 # For each vertex of a cell, itself and its neighbours along the edges: a tet that is positive

@@ -106,8 +106,13 @@ def quantities() -> tuple[str, ...]:
     return (*QUANTITIES, *MEASURES)
 
 
-def measured(quantity: str, points: Array, cells: Array, family: str) -> Array | None:
-    """A quantity of each cell, (n,) float64; None where cells of this family have none.
+def families_of(quantity: str) -> tuple[str, ...]:
+    """The types of cells that have a quantity."""
+    return QUANTITIES[quantity].families if quantity in QUANTITIES else SIMPLICES
+
+
+def measured(quantity: str, points: Array, cells: Array, family: str) -> Array:
+    """A quantity of each cell, (n,) float64.
 
     Parameters
     ----------
@@ -115,12 +120,12 @@ def measured(quantity: str, points: Array, cells: Array, family: str) -> Array |
     cells : (n, k) int64
         Corners.
     family : str
-        "triangle", "quad", "tetra", "pyramid", "wedge" or "hexahedron".
+        One of `families_of(quantity)`.
     """
     if quantity in QUANTITIES:
-        return QUANTITIES[quantity](points, cells, family)
-    if family not in ("triangle", "tetra"):
-        return None
+        function = QUANTITIES[quantity].function
+        parts = [function(points, cells[rows], family) for rows in geometry.chunks(len(cells))]
+        return np.concatenate([np.empty(0), *parts])
     # The measures are kernels: imported when a limit asks for them.
     from ..quality import as_degradation, cell_quality, measure_named
 
@@ -146,61 +151,80 @@ def _content(points: Array, cells: Array, family: str) -> Array:
     return np.abs(geometry.contents(points, cells, family))
 
 
-def _height_min(points: Array, cells: Array, family: str) -> Array | None:
+def _height_min(points: Array, cells: Array, family: str) -> Array:
     if family == "triangle":
         longest = _edge_max(points, cells, family)
         return 2 * _content(points, cells, family) / longest
-    if family != "tetra":
-        return None
     normals = geometry.facet_normals(points, cells, family)
     return 6 * _content(points, cells, family) / geometry.norms(normals).max(axis=1, initial=0.0)
 
 
-def _corners(points: Array, cells: Array, family: str) -> Array | None:
+def _corners(points: Array, cells: Array) -> Array:
     """Angles at the corners of triangles and quads, in degrees."""
-    if family not in ("triangle", "quad"):
-        return None
     corners = points[cells]
     a = np.roll(corners, -1, axis=1) - corners
     b = np.roll(corners, 1, axis=1) - corners
     return np.degrees(np.arctan2(geometry.norms(np.cross(a, b)), (a * b).sum(axis=-1)))
 
 
-def _dihedrals(points: Array, cells: Array, family: str) -> Array | None:
-    """Dihedral angles of solids, in degrees (Definition 18.1)."""
-    if family not in geometry.CORNERS:
-        return None
+def _corner_min(points: Array, cells: Array, family: str) -> Array:
+    return _corners(points, cells).min(axis=1, initial=180.0)
+
+
+def _corner_max(points: Array, cells: Array, family: str) -> Array:
+    return _corners(points, cells).max(axis=1, initial=0.0)
+
+
+def _dihedral_cosines(points: Array, cells: Array, family: str) -> Array:
+    """Cosines of the dihedral angles of solids (Definition 18.1)."""
     normals = geometry.facet_normals(points, cells, family)
-    one, other = (normals[:, side] for side in geometry.HINGES[family].T)
-    return np.degrees(np.arctan2(geometry.norms(np.cross(one, other)), -(one * other).sum(axis=-1)))
+    normals /= geometry.norms(normals)[..., None]
+    one, other = geometry.HINGES[family].T
+    return -np.einsum("nij,nij->ni", normals[:, one], normals[:, other])
 
 
-def _least(angles: Callable[[Array, Array, str], Array | None]):
-    def least(points: Array, cells: Array, family: str) -> Array | None:
-        found = angles(points, cells, family)
-        return None if found is None else found.min(axis=1, initial=180.0)
-
-    return least
+def _dihedral_min(points: Array, cells: Array, family: str) -> Array:
+    return _degrees(_dihedral_cosines(points, cells, family).max(axis=1, initial=-1.0))
 
 
-def _greatest(angles: Callable[[Array, Array, str], Array | None]):
-    def greatest(points: Array, cells: Array, family: str) -> Array | None:
-        found = angles(points, cells, family)
-        return None if found is None else found.max(axis=1, initial=0.0)
+def _dihedral_max(points: Array, cells: Array, family: str) -> Array:
+    return _degrees(_dihedral_cosines(points, cells, family).min(axis=1, initial=1.0))
 
-    return greatest
 
+def _degrees(cosine: Array) -> Array:
+    return np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A row of `QUANTITIES`.
+
+    Attributes
+    ----------
+    function : function of points, cells and family
+    families : tuple of str
+        Types of the cells that have it.
+    power : int or None
+        The power of a length that it is; None for that of the dimension.
+    """
+
+    function: Callable[[Array, Array, str], Array]
+    families: tuple[str, ...]
+    power: int | None = 0
+
+
+SIMPLICES = ("triangle", "tetra")
+PLANE = ("triangle", "quad")
+SOLIDS = tuple(geometry.CORNERS)
 
 # Angles in degrees; lengths, areas and volumes in the unit of the file.
-QUANTITIES: dict[str, Callable[[Array, Array, str], Array | None]] = {
-    "dihedral-min": _least(_dihedrals),
-    "dihedral-max": _greatest(_dihedrals),
-    "corner-min": _least(_corners),
-    "corner-max": _greatest(_corners),
-    "edge-min": _edge_min,
-    "edge-max": _edge_max,
-    "height-min": _height_min,
-    "content": _content,
+QUANTITIES: dict[str, Quantity] = {
+    "dihedral-min": Quantity(_dihedral_min, SOLIDS),
+    "dihedral-max": Quantity(_dihedral_max, SOLIDS),
+    "corner-min": Quantity(_corner_min, PLANE),
+    "corner-max": Quantity(_corner_max, PLANE),
+    "edge-min": Quantity(_edge_min, PLANE + SOLIDS, 1),
+    "edge-max": Quantity(_edge_max, PLANE + SOLIDS, 1),
+    "height-min": Quantity(_height_min, SIMPLICES, 1),
+    "content": Quantity(_content, PLANE + SOLIDS, None),
 }
-# The power of a length that each is, where it is one.
-POWERS = {"edge-min": 1, "edge-max": 1, "height-min": 1}

@@ -10,26 +10,29 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from fractions import Fraction
-from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from . import contact, geometry
-from .geometry import Array, Pairs
+from .geometry import MANY, Array, Pairs
 
 if TYPE_CHECKING:
     from .study import CellSet, Study
 
 FLAT_SIDED = {"triangle", "quad", "tetra"}
-WARP = 0.05  # cells with warped faces may reach this part of their size into their hull
+WARP = 1e-3  # parts of cells with warped faces may reach this part of their size into others
 DOUBT = 1e4  # pairs less deep in each other than so many tolerances are looked at exactly
 MOST_EXACT = 500
-MANY = 100_000  # cells from which on it pays to start the compiler
+MOST_FOUND = 20_000
 
 
 def overlapping_cells(study: Study) -> Pairs:
-    """Numbers of cells that overlap, the later and the earlier ones, each pair once."""
+    """Numbers of cells that overlap, the later and the earlier ones, each pair once.
+
+    The search ends after `MOST_FOUND` pairs, which only meshes reach whose cells lie across each
+    other everywhere.
+    """
     later, earlier = [], []
     if study.plane is not None:
         points, noise, _ = study.plane
@@ -40,6 +43,7 @@ def overlapping_cells(study: Study) -> Pairs:
     sets = [_good(study, group) for group in study.distinct_sets]
     sizes = {group.family: _sizes(points, group.cells) for group in sets}
     errors = {group.family: _greatest(noise, group.cells) for group in sets}
+    neighbours = _neighbours(study, {group.family for group in sets})
     for one, other in _candidates(study, points, noise, sets):
         for mine in sets:
             for others in sets:
@@ -47,21 +51,54 @@ def overlapping_cells(study: Study) -> Pairs:
                 both = (rows >= 0) & (columns >= 0)
                 a, b = rows[both], columns[both]
                 families = mine.family, others.family
-                touch = max(study.touch, 0.0 if {*families} <= FLAT_SIDED else WARP)
-                limit = touch * np.minimum(sizes[mine.family][a], sizes[others.family][b])
+                if not {*families} <= FLAT_SIDED:
+                    # Of neighbours, the hulls of warped faces overlap.
+                    apart = ~np.isin(
+                        _pair_keys(study, mine.numbers[a], others.numbers[b]), neighbours
+                    )
+                    a, b = a[apart], b[apart]
+                limit = study.touch * np.minimum(sizes[mine.family][a], sizes[others.family][b])
                 limit += 2 * np.maximum(errors[mine.family][a], errors[others.family][b])
                 hit = _overlap(study, points, mine.cells[a], others.cells[b], limit, families)
+                if not {*families} <= FLAT_SIDED:
+                    hit = hit[_parts_overlap(points, mine, a[hit], others, b[hit], limit[hit])]
                 pair = np.stack([mine.numbers[a[hit]], others.numbers[b[hit]]])
                 later.append(pair.max(axis=0))
                 earlier.append(pair.min(axis=0))
+        if sum(len(numbers) for numbers in later) > MOST_FOUND:
+            break
     none = np.empty(0, np.int64)
     pairs = np.stack([np.concatenate([none, *later]), np.concatenate([none, *earlier])])
     found = np.unique(pairs, axis=1)
     return found[0], found[1]
 
 
+def _neighbours(study: Study, families: set[str]) -> Array:
+    """Keys of the pairs of cells with a facet in common, if there are any with warped faces."""
+    keys = [np.empty(0, np.int64)]
+    if not families <= FLAT_SIDED:
+        for facets in study.distinct_facets:
+            for lag in (1, 2):
+                same = np.repeat(np.arange(len(facets.count)), facets.count)
+                at = np.flatnonzero(same[lag:] == same[:-lag])
+                one, other = facets.order[at], facets.order[at + lag]
+                keys.append(_pair_keys(study, facets.owners[one], facets.owners[other]))
+    return np.concatenate(keys)
+
+
+def _pair_keys(study: Study, one: Array, other: Array) -> Array:
+    return np.minimum(one, other) * study.n_cells + np.maximum(one, other)
+
+
 def _good(study: Study, group: CellSet) -> CellSet:
-    good = ~study.explained[group.numbers]
+    """The cells whose own shape is not wrong, nor that of one at their vertices.
+
+    Around a cell that is inverted, the others overlap because of it.
+    """
+    wrong = study.corners_of(np.flatnonzero(study.shape.inverted | (study.shape.quads > 0)))
+    tangled = np.zeros(study.n_points, dtype=bool)
+    tangled[wrong[wrong >= 0]] = True
+    good = ~study.explained[group.numbers] & ~tangled[group.cells].any(axis=1)
     return group if good.all() else type(group)(
         group.family, group.cells[good], group.numbers[good]
     )  # fmt: skip
@@ -92,7 +129,7 @@ def _candidates(study: Study, points: Array, noise: Array, sets: list[CellSet]) 
     boxes = [contact.boxes(points, noise, group.cells, 0.0) for group in sets]
     cell_low = np.concatenate([pair[0] for pair in boxes])
     cell_high = np.concatenate([pair[1] for pair in boxes])
-    near = _near_any(low, high, cell_low, cell_high)
+    near = contact.near_any(low, high, cell_low, cell_high)
     cell_low, cell_high, all_numbers = cell_low[near], cell_high[near], all_numbers[near]
     cubes = _cubes(cell_low, cell_high)
     for facet, cell in contact.overlapping(low, high, cell_low, cell_high, cubes):
@@ -110,38 +147,6 @@ def _candidates(study: Study, points: Array, noise: Array, sets: list[CellSet]) 
 
 def _cubes(low: Array, high: Array) -> Array:
     return np.broadcast_to((high - low).max(axis=1, keepdims=True, initial=0.0), low.shape)
-
-
-def _near_any(low: Array, high: Array, cell_low: Array, cell_high: Array) -> Array:
-    """Rows of cells that share a cube of a coarse grid with a boundary facet."""
-    if len(cell_low) < 1000 or not len(low):
-        return np.arange(len(cell_low))
-    least, greatest = cell_low.min(axis=0), cell_high.max(axis=0)
-    n = 64 if low.shape[1] == 3 else 256
-    width = np.maximum((greatest - least).max() / n, 1e-300)
-    shape = np.floor((greatest - least) / width).astype(np.int64) + 1
-    used = np.zeros(shape, dtype=bool)
-    first = np.clip(np.floor((low - least) / width).astype(np.int64), 0, shape - 1)
-    last = np.clip(np.floor((high - least) / width).astype(np.int64), 0, shape - 1)
-    # A running sum over corners of boxes says in one pass which cubes the boxes cover.
-    count = np.zeros(shape + 1, dtype=np.int64)
-    for corner in product((0, 1), repeat=low.shape[1]):
-        at = np.where(np.array(corner) == 1, last + 1, first)
-        np.add.at(count, tuple(at.T), (-1) ** sum(corner))
-    for axis in range(low.shape[1]):
-        count = np.cumsum(count, axis=axis)
-    used = count[tuple(slice(0, k) for k in shape)] > 0
-    total = np.zeros(shape + 1, dtype=np.int64)
-    total[tuple(slice(1, None) for _ in shape)] = used
-    for axis in range(low.shape[1]):
-        total = np.cumsum(total, axis=axis)
-    first = np.clip(np.floor((cell_low - least) / width).astype(np.int64), 0, shape - 1)
-    last = np.clip(np.floor((cell_high - least) / width).astype(np.int64), 0, shape - 1)
-    inside = np.zeros(len(cell_low), dtype=np.int64)
-    for corner in product((0, 1), repeat=low.shape[1]):
-        at = np.where(np.array(corner) == 1, first, last + 1)
-        inside += (-1) ** sum(corner) * total[tuple(at.T)]
-    return np.flatnonzero(inside > 0)
 
 
 def _doubtful(study: Study, facets) -> Array:
@@ -170,14 +175,6 @@ def _overlap(
     limit : (n,) float64
         How deep cells may reach into each other, from the tolerance and the rounding.
     """
-    keep = np.arange(len(one))
-    warped = not {*families} <= FLAT_SIDED
-    if warped:
-        # The hulls of warped faces reach beyond them; those of neighbours overlap.
-        shared = (one[:, :, None] == other[:, None, :]).any(axis=2).sum(axis=1)
-        keep = keep[shared < 3]
-        one, other = one[keep], other[keep]
-        limit = limit[keep]
     tables = axes_of(families[0]), axes_of(families[1])
     hit = []
     for rows in geometry.chunks(len(one)):
@@ -188,7 +185,7 @@ def _overlap(
         else:
             left, depth = _not_separated(_columns(points, a), _columns(points, b), allowed, tables)
         doubtful = left[depth[left] < DOUBT * allowed[left]]
-        if len(doubtful) <= MOST_EXACT and not warped:
+        if len(doubtful) <= MOST_EXACT:
             apart = [
                 row
                 for row in doubtful.tolist()
@@ -196,7 +193,53 @@ def _overlap(
             ]
             left = np.setdiff1d(left, np.array(apart, dtype=np.int64))
         hit.append(rows.start + left)
-    return keep[np.concatenate([np.empty(0, np.int64), *hit])]
+    return np.concatenate([np.empty(0, np.int64), *hit])
+
+
+def _parts_overlap(
+    points: Array, mine: CellSet, a: Array, others: CellSet, b: Array, limit: Array
+) -> Array:
+    """Which pairs of cells overlap as their faces run, (n,) bool, not only their hulls.
+
+    Cells are divided into tetrahedra around the middles of cell and faces, which divides each
+    face in the same way for both of its cells.
+    """
+    found = np.zeros(len(a), dtype=bool)
+    tables = axes_of("tetra"), axes_of("tetra")
+    step = 64
+    for first in range(0, len(a), step):
+        rows = slice(first, first + step)
+        one = _divided(points, mine.cells[a[rows]], mine.family)
+        other = _divided(points, others.cells[b[rows]], others.family)
+        low, high = one.min(axis=2)[:, :, None], one.max(axis=2)[:, :, None]
+        meet = (low < other.max(axis=2)[:, None]) & (other.min(axis=2)[:, None] < high)
+        pair, k, m = np.nonzero(meet.all(axis=-1))
+        one, other = one[pair, k], other[pair, m]
+        sizes = (np.ptp(cells, axis=1).max(axis=1, initial=0.0) for cells in (one, other))
+        allowed = limit[rows][pair] + WARP * np.minimum(*sizes)
+        left, _ = _not_separated(one.transpose(2, 1, 0), other.transpose(2, 1, 0), allowed, tables)
+        found[first + pair[left]] = True
+    return found
+
+
+def _divided(points: Array, cells: Array, family: str) -> Array:
+    """Tetrahedra that solids are divided into, (n, m, 4, 3)."""
+    corners = points[cells]
+    if family == "tetra":
+        return corners[:, None]
+    middle = corners.mean(axis=1)
+    tets = []
+    for width, table in geometry.FACETS[family].items():
+        for facet in table:
+            face = corners[:, facet]
+            centre = face.mean(axis=1)
+            if width == 3:
+                tets.append(np.stack([*face.transpose(1, 0, 2), middle], axis=1))
+                continue
+            for k in range(width):
+                following = face[:, (k + 1) % width]
+                tets.append(np.stack([face[:, k], following, centre, middle], axis=1))
+    return np.stack(tets, axis=1)
 
 
 def _columns(points: Array, cells: Array) -> Array:
@@ -310,6 +353,7 @@ def _compiled_depths(
     from ..kernels.separate import depths
 
     depth = np.empty(len(limit))
+    one, other = np.ascontiguousarray(one), np.ascontiguousarray(other)
     (facets, edges), (other_facets, other_edges) = tables
     depths(points, one, other, limit, facets, other_facets, edges, other_edges, depth)
     return depth

@@ -348,11 +348,27 @@ def facets_of(cell_sets: list[CellSet], n_points: int) -> list[FacetSet]:
     for lists in parts.values():
         rows, owners = _joined(lists)
         ids = row_ids(rows, n_points)
-        order = np.argsort(ids, kind="stable")
-        ids = ids[order]
-        start = np.flatnonzero(np.concatenate([[True], ids[1:] != ids[:-1]])[: len(ids)])
+        order, start = _equal_together(ids)
         sets.append(FacetSet(rows, owners, order, start, np.diff(start, append=len(ids))))
     return sets
+
+
+def _equal_together(ids: Array) -> tuple[Array, Array]:
+    """Rows in an order in which equal ids follow each other, first rows first, and their starts.
+
+    Most runs are pairs: to sort without regard to order and to put pairs right takes half the
+    time of a stable sort.
+    """
+    order = np.argsort(ids)
+    ids = ids[order]
+    start = np.flatnonzero(np.concatenate([[True], ids[1:] != ids[:-1]])[: len(ids)])
+    count = np.diff(start, append=len(ids))
+    pair = start[count == 2]
+    one, other = order[pair], order[pair + 1]
+    order[pair], order[pair + 1] = np.minimum(one, other), np.maximum(one, other)
+    for first, n in zip(start[count > 2].tolist(), count[count > 2].tolist(), strict=True):
+        order[first : first + n].sort()
+    return order, start
 
 
 def _joined(parts: list[tuple[Array, Array]]) -> tuple[Array, Array]:

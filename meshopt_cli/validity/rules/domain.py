@@ -116,15 +116,6 @@ def _is_facet(study: Study, rows: Array) -> Array:
 )
 def find_overlapping(study: Study) -> Places:
     later, earlier = overlapping_cells(study)
-    # Around a cell that is inverted, the others overlap because of it.
-    wrong = study.corners_of(np.flatnonzero(study.shape.inverted | (study.shape.quads > 0)))
-    tangled = np.zeros(study.n_points, dtype=bool)
-    tangled[wrong[wrong >= 0]] = True
-    clear = np.ones(len(later), dtype=bool)
-    for numbers in (later, earlier):
-        corners = study.corners_of(numbers)
-        clear &= ~((corners >= 0) & tangled[corners]).any(axis=1)
-    later, earlier = later[clear], earlier[clear]
     cells, first, count = np.unique(later, return_index=True, return_counts=True)
     step = np.arange(MOST_OTHERS)[None]
     others = earlier[np.minimum(first[:, None] + step, len(earlier) - 1)]

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...errors import ConfigError
 from ...mesh import TAG_NAMES, Array
-from ..limits import POWERS, Limit, measured
+from ..limits import QUANTITIES, Limit, families_of, measured
 from ..model import ERROR, WARNING, Places, at_cells, rule
 from ..study import Study
 
@@ -81,9 +81,9 @@ def find_beyond(study: Study) -> Places:
 def find_obtuse(study: Study) -> Places:
     # As much as rounding may add to a right angle.
     right = 90.0 + 1e-6
-    limits = [Limit(name, False, right) for name in ("corner-max", "dihedral-max")]
-    families = ("triangle", "tetra")
-    return _beyond(study, limits, lambda _: "an angle of the cell is obtuse", families)
+    name, family = ("dihedral-max", "tetra") if study.dimension == 3 else ("corner-max", "triangle")
+    limits = [Limit(name, False, right)]
+    return _beyond(study, limits, lambda _: "an angle of the cell is obtuse", (family,))
 
 
 def _limits(study: Study, code: str) -> list[Limit]:
@@ -96,13 +96,12 @@ def _beyond(study: Study, limits: list[Limit], message=None, families=()) -> Pla
     numbers, kinds = [np.empty(0, np.int64)], [np.empty(0, np.int64)]
     for kind, limit in enumerate(limits):
         chosen = None if limit.region is None else _cells_in(study, limit.region)
-        power = study.dimension if limit.quantity == "content" else POWERS.get(limit.quantity, 0)
+        row = QUANTITIES.get(limit.quantity)
+        power = 0 if row is None else study.dimension if row.power is None else row.power
         for group in study.cell_sets:
-            if families and group.family not in families:
+            if group.family not in (families or families_of(limit.quantity)):
                 continue
             values = measured(limit.quantity, points, group.cells, group.family)
-            if values is None:
-                continue
             values = np.ldexp(values, power * study.exponent)
             beyond = values < limit.value if limit.is_least else values > limit.value
             if chosen is not None:
