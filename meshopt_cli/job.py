@@ -15,6 +15,7 @@ from .mesh import (
     Simplices,
     cast,
     main_type,
+    require_range,
     with_positive_tets,
     with_simplices,
 )
@@ -83,6 +84,7 @@ def optimize(
     """
     start = time.perf_counter()
     main_type(mesh)
+    require_range(mesh)
     mesh = sound(mesh)
     source = cast(mesh)
     others = tuple(MEASURES.values()) if with_all_measures else ()

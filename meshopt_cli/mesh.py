@@ -14,7 +14,7 @@ import numpy as np
 
 from . import adjacency
 from .errors import BadMeshError, ConfigError, UnsupportedMeshError
-from .plane import PLANARITY, Frame, plane_of, with_depth
+from .plane import Frame, flatness, plane_of, with_depth
 
 Array = np.ndarray
 
@@ -40,6 +40,9 @@ CORNER, REQUIRED, RIDGE = FLAGS = ("medit:corner", "medit:required", "medit:ridg
 NORMAL, TANGENT = "medit:normal", "medit:tangent"
 # Any other integer array does so when it has few values: otherwise it numbers the cells.
 MAX_LABELS = 64
+
+# Extents of a mesh between which the sixth power of a length is a number.
+EXTENTS = 1e-40, 1e40
 
 
 @dataclass
@@ -168,11 +171,29 @@ def main_type(mesh: Mesh) -> str:
     wanted = "triangle" if dimension == 2 else "tetra"
     others = {b.type for b in mesh.blocks if len(b.cells)} - {wanted, "triangle", *LOWER}
     if others:
+        curved = all(cell_type not in DIMENSION for cell_type in others)
+        remedy = "save it with cells of first order" if curved else "cut them into simplices first"
         raise UnsupportedMeshError(
-            f"cells of type {', '.join(sorted(others))} cannot be optimized: "
-            "only linear triangles in a plane and linear tetrahedra can"
+            f"cells of type {', '.join(sorted(others))} cannot be optimized, only linear triangles "
+            f"in a plane and linear tetrahedra can: {remedy}; meshopt check takes them as they are"
         )
     return wanted
+
+
+def require_range(mesh: Mesh) -> None:
+    """Refuse coordinates whose products are no numbers any more.
+
+    Raises
+    ------
+    UnsupportedMeshError
+        With what to do.
+    """
+    extent = float(np.max(np.ptp(mesh.points.astype(np.float64), axis=0), initial=0.0))
+    low, high = EXTENTS
+    if np.isfinite(extent) and extent > 0.0 and not low <= extent <= high:
+        raise UnsupportedMeshError(
+            f"the mesh is {extent:.3g} across: scale it to between {low:g} and {high:g}"
+        )
 
 
 def is_tag(name: str, arrays: list[Array]) -> bool:
@@ -259,10 +280,12 @@ def cast(mesh: Mesh) -> Simplices:
     frame = None
     turned = False
     if cell_type == "triangle":
-        frame = plane_of(points, cells, PLANARITY[mesh.points.dtype])
+        tolerance = flatness(points[np.unique(cells)], mesh.points.dtype)
+        frame = plane_of(points, cells, tolerance)
         if frame is None:
             raise UnsupportedMeshError(
-                "the triangles do not lie in one plane: surfaces in space cannot be optimized"
+                "the triangles do not lie in one plane: surfaces in space cannot be optimized "
+                "here, but with remeshers of surfaces such as mmgs; meshopt check takes them"
             )
         points = frame.flatten(points)
         facets, edges = declared(mesh, "line"), np.empty((0, 2), np.int64)

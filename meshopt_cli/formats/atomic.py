@@ -14,7 +14,8 @@ from pathlib import Path
 def replacing(path: Path) -> Iterator[Path]:
     """Give the path of an empty file to write to, which then takes the place of another.
 
-    That one is found through symbolic links and hands its permissions on. It stays as it
+    That one is found through symbolic links and hands its permissions on, and its owner
+    and group where that is allowed. It stays as it
     was if anything fails, with an OSError if it or its folder cannot be written to.
     """
     target = Path(os.path.realpath(path))
@@ -30,6 +31,9 @@ def replacing(path: Path) -> Iterator[Path]:
         with temporary.open("rb+") as stream:
             os.fsync(stream.fileno())
         if target.exists():
+            old = target.stat()
+            with contextlib.suppress(OSError):
+                os.chown(temporary, old.st_uid, old.st_gid)
             shutil.copymode(target, temporary)
         os.replace(temporary, target)
     except BaseException:

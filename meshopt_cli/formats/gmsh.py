@@ -148,14 +148,15 @@ def write(path: Path, mesh: Mesh, encoding: Encoding) -> None:
     """Write a mesh.
 
     Its points have three coordinates, its blocks "gmsh:geometrical" and types out of
-    `cell_types`. Arrays become views: they are of numbers, of a width in `VIEW_WIDTHS`.
+    `cell_types`; for version 4.1, they are as `entities.by_entity` makes them. Arrays become
+    views: they are of numbers, of a width in `VIEW_WIDTHS`.
     """
     import meshio
     from meshio.gmsh import _gmsh22, _gmsh41, common
 
     binary, old = encoding.binary, encoding.format == "gmsh22"
     points = mesh.points.astype(np.float64)
-    blocks = mesh.blocks if old else entities.by_entity(mesh.blocks)
+    blocks = mesh.blocks
     with path.open("wb") as f, listening(logging.INFO):
         cells = [meshio.CellBlock(block.type, block.cells) for block in blocks]
         tags = {GEOMETRICAL: [block.data[GEOMETRICAL] for block in blocks]}

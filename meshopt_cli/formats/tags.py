@@ -23,7 +23,7 @@ from ..mesh import (
     tags_of,
     with_depth,
 )
-from . import gmsh, medit, medit_lists, vtk
+from . import entities, gmsh, medit, medit_lists, vtk
 from .entities import DIM_TAGS, GEOMETRICAL, PHYSICAL
 from .medit import REF
 from .sniff import Encoding
@@ -60,6 +60,9 @@ def for_gmsh(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
         data |= {name: values for name, values in tags.items() if values is not None}
         blocks.append(Block(block.type, block.cells, data, block.entities if new else None))
     _number_entities(blocks)
+    if new:
+        blocks, renumbered = entities.by_entity(blocks)
+        dropped += ["the tags of entities in several groups"] * renumbered
     idle = [name for name in (REF,) if not np.any(mesh.point_data.get(name, 0))]
     point_data = _views(mesh.point_data, (DIM_TAGS, *idle), dropped)
     if new and DIM_TAGS in mesh.point_data:
