@@ -46,18 +46,27 @@ def for_gmsh(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
     new = encoding.format == "gmsh"
     dropped = [] if new else _model(mesh)
     label = _label(mesh)
-    blocks = []
-    for block in _held(mesh.blocks, gmsh.cell_types(), dropped):
+    held = _held(mesh.blocks, gmsh.cell_types(), dropped)
+    tags_of_blocks: list[dict[str, Array]] = []
+    for block in held:
+        tags: dict[str, Array | None]
         tags = {name: _tags(block.data.get(name)) for name in (PHYSICAL, GEOMETRICAL)}
         asked = _tags(block.data.get(mesh.regions[0])) if mesh.regions else None
         if asked is not None:
+            dropped += [PHYSICAL] * (tags[PHYSICAL] is not None and mesh.regions != (PHYSICAL,))
             tags[PHYSICAL] = asked
         elif all(values is None for values in tags.values()):
             tags = {PHYSICAL: _tags(block.data.get(REF, block.data.get(label)))}
-        group, ref = tags.get(PHYSICAL), block.data.get(REF)
-        said = group is not None and ref is not None and np.array_equal(group, ref)
-        data = _views(block.data, (PHYSICAL, GEOMETRICAL, REF)[: 2 + said], dropped)
-        data |= {name: values for name, values in tags.items() if values is not None}
+        tags_of_blocks.append({n: values for n, values in tags.items() if values is not None})
+    # references that are the groups everywhere need no view
+    same = all(
+        np.array_equal(found.get(PHYSICAL, ()), block.data[REF])
+        for block, found in zip(held, tags_of_blocks, strict=True)
+        if REF in block.data
+    )
+    blocks = []
+    for block, found in zip(held, tags_of_blocks, strict=True):
+        data = _views(block.data, (PHYSICAL, GEOMETRICAL, REF)[: 2 + same], dropped) | found
         blocks.append(Block(block.type, block.cells, data, block.entities if new else None))
     _number_entities(blocks)
     if new:
