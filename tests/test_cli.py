@@ -1358,3 +1358,19 @@ def test_list_shows_the_options_of_the_passes(meshopt):
         if names:
             part = out.split(f"options of {kind.name} ")[1].split("options of ")[0]
             assert all(re.search(rf"^ +{name} ", part, re.M) for name in names)
+
+
+# The README --------------------------------------------------------------------------------
+
+
+def test_the_readme_has_every_option_and_format():
+    text = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
+    command = main.get_command(click.Context(main), "optimize")
+    for parameter in command.params:
+        if isinstance(parameter, click.Option) and parameter.name != "help":
+            for name in (*parameter.opts[:1], *parameter.secondary_opts):
+                assert f"`{name}" in text, name
+    for name, row in FORMATS.items():
+        assert any(
+            line.startswith(f"| `{name}` | `{row.extensions[0]}`") for line in text.splitlines()
+        ), name
