@@ -9,13 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import adjacency, validity
-from .errors import BadMeshError, InvariantError
+from .errors import BadMeshError, InvariantError, UnsupportedMeshError
 from .mesh import (
     Mesh,
     Simplices,
     cast,
     main_type,
-    require_range,
     with_positive_tets,
     with_simplices,
 )
@@ -30,6 +29,9 @@ log = logging.getLogger("meshopt")
 
 # Volume of a region may change by rounding only: this part of the volume of the mesh.
 VOLUME_TOLERANCE = 1e-9
+
+# Extents of a mesh between which the sixth power of a length is a number.
+EXTENTS = 1e-40, 1e40
 
 # Rules that turning cells may mend.
 ORIENTATION = {"M101", "M103", "M207"}
@@ -101,6 +103,22 @@ def optimize(
         raise InvariantError(f"the worst Q rose from {before.worst} to {after.worst}")
     prove(source, final, mesh.points, result.points, origin)
     return Result(result, measure, before, after, outcome, time.perf_counter() - start)
+
+
+def require_range(mesh: Mesh) -> None:
+    """Refuse coordinates whose products are no numbers any more.
+
+    Raises
+    ------
+    UnsupportedMeshError
+        With what to do.
+    """
+    extent = float(np.max(np.ptp(mesh.points.astype(np.float64), axis=0), initial=0.0))
+    low, high = EXTENTS
+    if np.isfinite(extent) and extent > 0.0 and not low <= extent <= high:
+        raise UnsupportedMeshError(
+            f"the mesh is {extent:.3g} across: scale it to between {low:g} and {high:g}"
+        )
 
 
 def sound(mesh: Mesh) -> Mesh:

@@ -41,9 +41,6 @@ NORMAL, TANGENT = "medit:normal", "medit:tangent"
 # Any other integer array does so when it has few values: otherwise it numbers the cells.
 MAX_LABELS = 64
 
-# Extents of a mesh between which the sixth power of a length is a number.
-EXTENTS = 1e-40, 1e40
-
 
 @dataclass
 class Block:
@@ -180,22 +177,6 @@ def main_type(mesh: Mesh) -> str:
     return wanted
 
 
-def require_range(mesh: Mesh) -> None:
-    """Refuse coordinates whose products are no numbers any more.
-
-    Raises
-    ------
-    UnsupportedMeshError
-        With what to do.
-    """
-    extent = float(np.max(np.ptp(mesh.points.astype(np.float64), axis=0), initial=0.0))
-    low, high = EXTENTS
-    if np.isfinite(extent) and extent > 0.0 and not low <= extent <= high:
-        raise UnsupportedMeshError(
-            f"the mesh is {extent:.3g} across: scale it to between {low:g} and {high:g}"
-        )
-
-
 def is_tag(name: str, arrays: list[Array]) -> bool:
     """Whether an array over the cells tells regions apart."""
     if name in FLAGS or any(a.dtype.kind not in "iu" or a.ndim != 1 for a in arrays):
@@ -228,8 +209,8 @@ def with_regions(mesh: Mesh, names: tuple[str, ...]) -> Mesh:
     """
     blocks = main_blocks(mesh, main_type(mesh))
     common = [n for n in blocks[0].data if all(n in b.data for b in blocks)]
-    fit = [n for n in common if all(b.data[n].dtype.kind in "iu" and b.data[n].ndim == 1
-                                    for b in blocks)]  # fmt: skip
+    arrays = {n: [b.data[n] for b in blocks] for n in common}
+    fit = [n for n in common if all(a.dtype.kind in "iu" and a.ndim == 1 for a in arrays[n])]
     for name in names:
         if name not in fit:
             known = f"choose from {', '.join(fit)}" if fit else "the mesh has none"
@@ -370,6 +351,7 @@ def with_simplices(mesh: Mesh, worked: Simplices, origin: Array, before: Simplic
     old_blocks = main_blocks(mesh, cell_type)
     first_of_region, home = _homes(old_blocks, before.region)
     place = home[worked.region]
+    tags = tags_of(old_blocks, mesh.regions)
     blocks = []
     main = 0
     for block in mesh.blocks:
@@ -381,13 +363,13 @@ def with_simplices(mesh: Mesh, worked: Simplices, origin: Array, before: Simplic
             continue
         rows = np.flatnonzero(place == main)
         rows = rows[np.argsort(worked.region[rows], kind="stable")]
-        tags = {
-            name: values[first_of_region[worked.region[rows]]].astype(values.dtype)
-            for name, values in tags_of(old_blocks, mesh.regions).items()
-        }
         if len(rows):
-            cells = worked.cells[rows]
-            blocks.append(replace(block, cells=cells, data=tags))
+            first = first_of_region[worked.region[rows]]
+            data = {name: values[first] for name, values in tags.items()}
+            # A region that goes over several entities of Gmsh has the bounds of none.
+            bounded = mesh.regions is None or GEOMETRICAL in mesh.regions
+            entities = block.entities if bounded else None
+            blocks.append(replace(block, cells=worked.cells[rows], data=data, entities=entities))
         main += 1
     return replace(mesh, points=points, blocks=blocks, point_data={})
 

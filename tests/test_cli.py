@@ -884,6 +884,13 @@ def test_what_cannot_be_optimized_is_refused_with_a_remedy(meshopt, tmp_path, ma
     assert not (tmp_path / "out.msh").exists()
 
 
+def test_a_place_that_is_none_is_refused_before_the_work(meshopt, tmp_path):
+    for place in (tmp_path / "none" / "out.msh", tmp_path):
+        ran = meshopt("optimize", tmp_path / "not_read.msh", place)
+        assert ran.status == 3
+        assert f"{place}: cannot be written" in ran.complaint
+
+
 def test_arrays_on_cells_of_all_dimensions(meshopt, tmp_path):
     """VTK has every array on every cell: one that lines keep and triangles lose is a trap."""
     one = in_space(shaken(tri_grid(5)))

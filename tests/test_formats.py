@@ -1075,7 +1075,7 @@ def test_folder_that_cannot_be_written_to(tmp_path, monkeypatch):
     monkeypatch.setattr(os, "replace", refuse)
     assert_unwritable(tmp_path / "mesh.mesh", "permission denied")
     assert list(tmp_path.iterdir()) == []
-    assert_unwritable(tmp_path / "none" / "mesh.mesh", "no such file")
+    assert_unwritable(tmp_path / "none" / "mesh.mesh", "no such folder")
 
 
 def test_only_regular_files_that_may_be_written_are_replaced(tmp_path, monkeypatch):

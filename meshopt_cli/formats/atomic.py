@@ -3,11 +3,33 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import secrets
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
+
+
+def target_of(path: Path) -> Path:
+    """The file that is to be written or replaced, behind symbolic links.
+
+    Raises
+    ------
+    OSError
+        It, or its folder, cannot be written to.
+    """
+    target = Path(os.path.realpath(path))
+    if target.exists():
+        if not target.is_file():
+            raise OSError("it is not a regular file")
+        if not os.access(target, os.W_OK):
+            raise OSError("it is write-protected")
+    elif not target.parent.is_dir():
+        raise FileNotFoundError(errno.ENOENT, "no such folder")
+    if not os.access(target.parent, os.W_OK | os.X_OK):
+        raise PermissionError(errno.EACCES, "permission denied in its folder")
+    return target
 
 
 @contextlib.contextmanager
@@ -18,12 +40,7 @@ def replacing(path: Path) -> Iterator[Path]:
     and group where that is allowed. It stays as it
     was if anything fails, with an OSError if it or its folder cannot be written to.
     """
-    target = Path(os.path.realpath(path))
-    if target.exists():
-        if not target.is_file():
-            raise OSError("it is not a regular file")
-        if not os.access(target, os.W_OK):
-            raise OSError("it is write-protected")
+    target = target_of(path)
     temporary = target.with_name(f".meshopt-{secrets.token_hex(8)}")
     try:
         temporary.open("xb").close()
