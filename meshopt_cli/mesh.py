@@ -75,6 +75,8 @@ class Mesh:
     point_data : dict of str to (np, ...) array
     names : dict of str to (tag, dimension)
         Physical groups by name.
+    more_groups : dict of (dimension, tag) to tuple of int
+        The physical groups that an entity of Gmsh is in besides that of its cells.
     regions : tuple of str, optional
         Arrays that make regions, instead of all that `is_tag` takes for tags.
     """
@@ -83,6 +85,7 @@ class Mesh:
     blocks: list[Block]
     point_data: dict[str, Array] = field(default_factory=dict)
     names: dict[str, tuple[int, int]] = field(default_factory=dict)
+    more_groups: dict[tuple[int, int], tuple[int, ...]] = field(default_factory=dict)
     regions: tuple[str, ...] | None = None
 
     def dimension(self) -> int:

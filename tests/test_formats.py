@@ -1325,3 +1325,17 @@ def test_nothing_is_lost_without_a_word(tmp_path_factory, mesh, origin, target):
             continue  # it has those of the points that are cells
         np.testing.assert_array_equal(again.point_data[name], values)
     assert again.names == mesh.names or all(name in listed for name in mesh.names)
+
+
+def test_gmsh_entities_in_several_groups(tmp_path, caplog):
+    text = MESH_41.replace("1 0 0 0 1 1 1 1 7 1 4", "1 0 0 0 1 1 1 3 7 9 5 1 4")
+    mesh, _ = read(text_mesh(tmp_path, text))
+    assert mesh.more_groups == {(3, 1): (9, 5)}
+    for binary in (False, True):
+        encoding = Encoding("gmsh", "4.1", binary)
+        write(tmp_path / "again.msh", mesh, encoding)
+        assert read(tmp_path / "again.msh")[0].more_groups == mesh.more_groups
+    assert warnings_of(caplog) == []
+    for name in ("gmsh22", "vtk", "vtu", "medit", "meditb"):
+        lost = write(tmp_path / "out", mesh, FORMATS[name].default).lost
+        assert "all but the first physical group of an entity" in lost

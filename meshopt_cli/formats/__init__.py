@@ -299,4 +299,4 @@ def _owned(mesh: Mesh) -> Mesh:
         Block(b.type, np.require(b.cells, np.int64, ["C", "W"]), own(b.data), b.entities)
         for b in mesh.blocks
     ]
-    return Mesh(points, blocks, own(mesh.point_data), mesh.names)
+    return replace(mesh, points=points, blocks=blocks, point_data=own(mesh.point_data))

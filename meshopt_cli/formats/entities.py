@@ -74,11 +74,18 @@ def classify(n: int, blocks: list[Block]) -> Array:
     return dim_tags
 
 
-def write(f: BinaryIO, points: Array, blocks: list[Block], dim_tags: Array, binary: bool) -> None:
+def write(
+    f: BinaryIO,
+    points: Array,
+    blocks: list[Block],
+    dim_tags: Array,
+    more_groups: dict[tuple[int, int], tuple[int, ...]],
+    binary: bool,
+) -> None:
     """Write every entity that has nodes or cells, or bounds one that has.
 
     The blocks are as `by_entity` makes them; the points have three coordinates, and dimension
-    and tag of their entity in the (np, 2) dim_tags.
+    and tag of their entity in the (np, 2) dim_tags. `Mesh` says what more_groups are.
     """
     nodes = {key: [own] for key, own in _alike(dim_tags)}
     groups: dict[tuple[int, int], list[int]] = {}
@@ -99,7 +106,8 @@ def write(f: BinaryIO, points: Array, blocks: list[Block], dim_tags: Array, bina
         x = points[np.concatenate([np.empty(0, np.int64), *nodes[key]])]
         x = x if len(x) else np.zeros((1, 3))
         box = np.concatenate([np.fmin.reduce(x), np.fmax.reduce(x)])[: 6 if dimension else 3]
-        group, bound = groups.get(key, []), bounds.get(key, np.empty(0, int))
+        group = [*groups.get(key, []), *more_groups.get(key, ())]
+        bound = bounds.get(key, np.empty(0, int))
         ends: list[tuple[str, ArrayLike]]
         ends = [("u8", len(bound)), ("i4", bound)] if dimension else []
         _put(f, binary, ("i4", tag), ("f8", box), ("u8", len(group)), ("i4", group), *ends)

@@ -77,7 +77,8 @@ def for_gmsh(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
     if new and DIM_TAGS in mesh.point_data:
         point_data[DIM_TAGS] = mesh.point_data[DIM_TAGS]
     names = {name.replace('"', "'"): group for name, group in mesh.names.items()}
-    return Mesh(_in_space(mesh.points), blocks, point_data, names), dropped
+    more = mesh.more_groups if new else {}
+    return Mesh(_in_space(mesh.points), blocks, point_data, names, more), dropped
 
 
 def _number_entities(blocks: list[Block]) -> None:
@@ -181,7 +182,8 @@ def _names(mesh: Mesh) -> list[str]:
 def _model(mesh: Mesh) -> list[str]:
     """What of a mesh only Gmsh's version 4.1 can hold."""
     here = DIM_TAGS in mesh.point_data or any(b.entities is not None for b in mesh.blocks)
-    return ["the entities of nodes and their bounds"] * here
+    several = ["all but the first physical group of an entity"] * bool(mesh.more_groups)
+    return ["the entities of nodes and their bounds"] * here + several
 
 
 def _held(blocks: list[Block], known: Collection[str], dropped: list[str]) -> list[Block]:
