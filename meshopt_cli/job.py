@@ -36,6 +36,9 @@ EXTENTS = 1e-40, 1e40
 # Rules that turning cells may mend.
 ORIENTATION = {"M101", "M103", "M207"}
 
+# Rules that a tangle breaks: cells with a negative volume, and those that they lie across.
+TANGLE = {"M101", "M102", "M205", "M207", "M209", "M210"}
+
 
 class InvalidMeshError(BadMeshError):
     """The mesh breaks a rule of severity error; `report` says which and where."""
@@ -85,15 +88,19 @@ def optimize(
         The result is not what it must be: a bug, and nothing to be used.
     """
     start = time.perf_counter()
-    main_type(mesh)
+    require_simplices(mesh)
     require_range(mesh)
-    mesh = sound(mesh)
+    mesh, tangle = sound(mesh, any(step.name == "untangle" for step in pipeline.passes()))
     source = cast(mesh)
     others = tuple(MEASURES.values()) if with_all_measures else ()
     before = summarize(source, measure, others)
-    outcome = pipeline.run(Workspace(source, measure.code), observer)
+    outcome = pipeline.run(Workspace(source, measure.code, before.target), observer)
+    if tangle and outcome.work.standing().worst <= 0.0:
+        raise InvalidMeshError("it could not be untangled: nothing written", mesh, tangle)
     worked, origin = outcome.work.result()
     result = with_simplices(mesh, worked, origin, source)
+    if tangle and not validity.check(result).is_valid:
+        raise InvalidMeshError("untangling leaves it invalid: nothing written", mesh, tangle)
     result, lost = carry(mesh, result, source, origin, with_data)
     if lost:
         log.warning("arrays that do not follow the cells are dropped: %s", ", ".join(lost))
@@ -121,25 +128,62 @@ def require_range(mesh: Mesh) -> None:
         )
 
 
-def sound(mesh: Mesh) -> Mesh:
-    """The mesh, with its tetrahedra turned where that is all it lacks.
+def require_simplices(mesh: Mesh) -> None:
+    """Refuse a mesh that has other cells than those that can be optimized.
 
     Raises
     ------
     InvalidMeshError
-        It breaks a rule of severity error, whichever way its cells are turned.
+        It has, and it is not valid either.
+    BadMeshError, UnsupportedMeshError
+        See `mesh.main_type`.
     """
-    report = validity.check(mesh)
+    try:
+        main_type(mesh)
+    except UnsupportedMeshError:
+        report = validity.check(mesh, overlaps=False)
+        if report.is_valid:
+            raise
+        raise InvalidMeshError(_not_valid(report), mesh, report) from None
+
+
+def _not_valid(report: validity.Report) -> str:
+    codes = ", ".join(sorted(group.code for group in report.errors))
+    return f"the mesh is not valid ({codes}): nothing written"
+
+
+def sound(mesh: Mesh, untangles: bool) -> tuple[Mesh, validity.Report | None]:
+    """The mesh, with its tetrahedra turned where that is all it lacks.
+
+    Parameters
+    ----------
+    untangles : bool
+        Whether inverted and flat cells are let through, to be mended.
+
+    Returns
+    -------
+    mesh : Mesh
+    tangle : Report or None
+        What is wrong with it and to be mended.
+
+    Raises
+    ------
+    InvalidMeshError
+        It breaks a rule of severity error that neither turning nor untangling mends.
+    """
+    report = validity.check(mesh, overlaps=False)
     if report.is_valid:
-        return mesh
+        return mesh, None
     broken = {group.code for group in report.errors}
     if broken <= ORIENTATION:
         turned, n_turned = with_positive_tets(mesh)
         if n_turned and validity.check(turned).is_valid:
             log.warning("%d cells had the other orientation: they are turned", n_turned)
-            return turned
-    codes = ", ".join(sorted(broken))
-    raise InvalidMeshError(f"the mesh is not valid ({codes}): nothing written", mesh, report)
+            return turned, None
+    if untangles and broken <= TANGLE and broken & {"M101", "M102"}:
+        log.warning("the mesh has inverted or flat cells: they are to be untangled")
+        return mesh, report
+    raise InvalidMeshError(_not_valid(report), mesh, report)
 
 
 def prove(

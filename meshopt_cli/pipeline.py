@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from .kernels.measures import ANGLE_Q, WITH_ANGLES
 from .passes import Observer, Pass, Silent, Tally
 from .passes.check import Check
 from .workspace import Standing, Workspace
@@ -22,11 +23,15 @@ GAIN_BELOW = "gain below"
 TARGET_REACHED = "target quality"
 ROUNDS_DONE = "rounds"
 TIME_IS_UP = "time limit"
+TANGLED = "tangled"
 
 # A run that gains less than this part of the quality hands its input back untouched, so that
 # a mesh once optimized stays as it is.
 LEAST_GAIN = 0.01
 DONE = "done"
+
+# Angles may cost some of the worst Q as long as it stays within so many times the target.
+NEAR_TARGET = 1.1
 
 
 @dataclass(frozen=True)
@@ -112,7 +117,7 @@ class Sequence:
     def run(self, outcome: Outcome, round: int = 0) -> None:
         for step in self.steps:
             tally = step.run(outcome.work, outcome.observer)
-            outcome.lines.append(Line(round, tally, outcome.work.standing()))
+            outcome.lines.append(Line(round, tally, outcome.work.judged()))
 
 
 @dataclass(frozen=True)
@@ -155,6 +160,29 @@ class Repeat:
 
     def _is_target(self, standing: Standing) -> bool:
         return self.stop.target_quality > 1.0 and standing.worst * self.stop.target_quality >= 1.0
+
+
+@dataclass(frozen=True)
+class WithAngles:
+    """Stages in which no tet counts as better than its dihedral angles: see `measures`."""
+
+    stages: tuple[Stage, ...]
+
+    def passes(self) -> Iterator[Pass]:
+        for stage in self.stages:
+            yield from stage.passes()
+
+    def run(self, outcome: Outcome, round: int = 0) -> None:
+        judge, start, before = outcome.work.measure, outcome.work.copy(), outcome.work.standing()
+        outcome.work.measure_by(judge + WITH_ANGLES)
+        try:
+            for stage in self.stages:
+                stage.run(outcome, round)
+        finally:
+            outcome.work.measure_by(judge)
+            enough = 1.0 / max(ANGLE_Q, NEAR_TARGET * start.target)
+            if outcome.work.standing().worst < min(before.worst, enough):
+                outcome.work = start
 
 
 @dataclass(frozen=True)
@@ -209,7 +237,7 @@ class Guard:
 def gain(before: Standing, after: Standing) -> float:
     """The largest of what the worst Q, the mean Q and its tail lost, each as a part of itself."""
     if after.worst <= 0.0 or before.worst <= 0.0:
-        return 0.0
+        return float("inf") if after.worst > before.worst else 0.0
     return max(
         1.0 - before.worst / after.worst,
         1.0 - after.mean / before.mean,
@@ -257,11 +285,15 @@ class Pipeline:
                 for step in stage.passes():
                     step.forget()
                 stage.run(outcome)
+                if outcome.work.standing().worst <= 0.0:
+                    break  # nothing but untangling helps, and it comes first
         except OutOfTimeError:
             outcome.stopped = TIME_IS_UP
         guard.note()
         guard.restore()
         if gain(before, outcome.work.standing()) < LEAST_GAIN:
             outcome.work, outcome.stopped = untouched, NOTHING_TO_GAIN
-        Check().run(outcome.work, Silent())
+        if outcome.work.standing().worst <= 0.0:
+            outcome.stopped = TANGLED
+        Check(inverted="allowed").run(outcome.work, Silent())
         return outcome

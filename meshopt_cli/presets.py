@@ -1,8 +1,7 @@
 """Named pipelines.
 
 All of them relocate before they change the connectivity: where that is good already, nothing
-beats relocation alone, and where it is not, little is lost. Remark 18.15 would have the degrees
-relaxed early: `best` tries that way too, and keeps the better mesh.
+beats relocation alone, and where it is not, little is lost.
 """
 
 from __future__ import annotations
@@ -11,14 +10,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from .errors import ConfigError
+from .kernels.measures import ANGLE_Q
 from .passes import PASSES, Pass
 from .passes.check import Check
 from .passes.collapse import Collapse
-from .passes.relax import Relax
+from .passes.mend import Mend
 from .passes.smooth import Smooth
 from .passes.split import Split
 from .passes.swap import Swap
-from .pipeline import Either, Repeat, Sequence, Stage, Stop
+from .passes.untangle import Untangle
+from .pipeline import Repeat, Sequence, Stage, Stop, WithAngles
 
 DEFAULT_PRESET = "standard"
 
@@ -34,8 +35,8 @@ class Preset:
 
 
 def _audited(*stages: Stage) -> tuple[Stage, ...]:
-    """The stages between two checks."""
-    return (Sequence((Check(),)), *stages, Sequence((Check(),)))
+    """The stages between two checks, of which the first leaves inverted cells to be untangled."""
+    return (Sequence((Check(inverted="allowed"), Untangle())), *stages, Sequence((Check(),)))
 
 
 # Relocation alone goes on while it gains this part of the quality.
@@ -45,6 +46,9 @@ _SETTLED = Stop(rounds=15, gain=0.08)
 # of space is not, so that in space there is nothing to win at Q = 1.5.
 _SWAP = {2: 1.2, 3: 1.8}
 _SMOOTH = {2: 1.1, 3: 1.6}
+# What `best` goes on for, and how many vertices it may have for it, over those of the input.
+_GROWTH = 2.0
+_BAR = {2: 1.5, 3: ANGLE_Q}
 _SPLIT = {2: 1.8, 3: 2.0}
 
 
@@ -81,15 +85,20 @@ def _standard(stop: Stop, dimension: int) -> tuple[Stage, ...]:
 
 
 def _best(stop: Stop, dimension: int) -> tuple[Stage, ...]:
-    low = 1.0 + 0.6 * (_SWAP[dimension] - 1.0)
-    split = 1.0 + 0.8 * (_SPLIT[dimension] - 1.0)
-    relocate_first: tuple[Stage, ...] = (_settle(), *_rounds(stop, low, low, split))
-    swap_first: tuple[Stage, ...] = (
-        Sequence((Swap(), Relax())),
-        _settle(),
-        *_rounds(stop, low, low, split),
+    """As standard, then the worst cells one by one until they are as good as `_BAR`."""
+    swap, smooth = _SWAP[dimension], _SMOOTH[dimension]
+    bar = _BAR[dimension]
+    usual = (_settle(), *_rounds(stop, swap, smooth, _SPLIT[dimension]))
+    settle = Smooth(below=smooth, sweeps=2)
+    ways = (
+        Mend(below=bar, max_vertices=_GROWTH),
+        Mend(below=bar, max_vertices=_GROWTH, rings=3),
+        Mend(below=bar, max_vertices=_GROWTH, rings=1, harm=0.3, steps=10),
     )
-    return _audited(Either((relocate_first, swap_first)))
+    mend: tuple[Stage, ...] = tuple(Repeat(Sequence((way, settle)), stop) for way in ways)
+    if dimension == 3:
+        mend = (WithAngles(mend),)
+    return _audited(*usual, *mend)
 
 
 PRESETS: dict[str, Preset] = {
@@ -104,8 +113,8 @@ PRESETS: dict[str, Preset] = {
         ),
         Preset(
             "best",
-            "as standard, to the end, from relocated and from relaxed degrees; keeps the better",
-            Stop(30, 1e-3),
+            "as standard, then the worst cells one by one, with vertices where they help",
+            Stop(10, 1e-2),
             _best,
         ),
     )

@@ -68,7 +68,7 @@ def compile_relocation(work: Workspace) -> None:
 
 def compile_collapse(work: Workspace) -> None:
     how = Collapse(0, 0.0, 0.0, False)
-    sweep_collapse(work.mesh, NOTHING, NOTHING, how, work.scratch, no_counts())
+    sweep_collapse(work.mesh, NOTHING, NOTHING, how, 0, work.scratch, no_counts())
 
 
 def compile_split(work: Workspace) -> None:
@@ -76,7 +76,7 @@ def compile_split(work: Workspace) -> None:
 
 
 def compile_mend(work: Workspace) -> None:
-    how = Mending(0.0, 0.0, 0.0, 0)
+    how = Mending(0.0, 0.0, 0.0, 0, 0, 0)
     remedies = np.zeros((len(TetType), 1), dtype=np.int64)
     sweep_mend(work.mesh, NOTHING, remedies, how, work.scratch, no_counts())
 
@@ -85,7 +85,7 @@ def compile_rest(work: Workspace) -> None:
     mesh = work.mesh
     sweep_flip(mesh, NOTHING, Swap(0, 0.0, False), work.scratch, no_counts())
     work.changed_vertices(0, 1.0)
-    audit(mesh)
+    audit(mesh, 0.0)
     faces = mesh.cells[:1, :3]
     estimate_targets(mesh.measure, mesh.points, np.ascontiguousarray(faces), np.empty(1))
     best_over_face(mesh.measure, mesh.points, 0, 1, 2)

@@ -60,19 +60,27 @@ class Workspace:
     mesh : SimplexMesh
         Arrays of the kernels. They may be replaced by larger ones: ask for them anew.
     scratch : Scratch
+    measure : int
+        Code of the measure that the mesh is judged by; a stage may let another one steer.
 
     Parameters
     ----------
+    target : float
+        Q of the best cell that the worst facet of the boundary allows; 1 when that is not known.
     in_order : bool
         Whether vertices and cells keep the rows they have in the source, rather than
         stand near each other in memory where they are near in space.
     """
 
-    def __init__(self, source: Simplices, measure: int, in_order: bool = False) -> None:
+    def __init__(
+        self, source: Simplices, measure: int, target: float = 1.0, in_order: bool = False
+    ) -> None:
         self._source = source
+        self.measure = measure
+        self.target = target
         n_points = len(source.points)
         n_cells, width = source.cells.shape
-        capacity = int(ROOM * n_cells) + 64 if width == 4 else n_cells
+        capacity = int(ROOM * n_cells) + 64
         # Row i of the work is point `_origin[i]` of the source.
         self._origin = np.arange(n_points) if in_order else hilbert(source.points)
         number = _inverse(self._origin)
@@ -127,18 +135,41 @@ class Workspace:
         """Number of points the mesh came with."""
         return len(self._source.points)
 
+    @property
+    def n_input_vertices(self) -> int:
+        """Number of points that cells of the input used."""
+        return len(np.unique(self._source.cells))
+
+    @property
+    def n_vertices(self) -> int:
+        """Number of points that cells use now."""
+        return int(np.count_nonzero(self.mesh.vertex_cell >= 0))
+
     def living(self) -> Array:
         """Rows of the living cells, ascending."""
         return np.flatnonzero(self.mesh.alive[: self.mesh.state[N_CELLS]])
 
     def standing(self) -> Standing:
-        q = self.mesh.quality[self.living()]
-        worst = float(q.min())
-        if worst <= 0.0:
-            return Standing(worst, math.inf, math.inf)
-        n_tail = max(len(q) // 100, min(len(q), 10))
-        tail = np.partition(q, n_tail - 1)[:n_tail]
-        return Standing(worst, float(np.mean(1.0 / q)), float(np.mean(1.0 / tail)))
+        """How good the mesh is by the measure that steers."""
+        return _standing_of(self.mesh.quality[self.living()])
+
+    def judged(self) -> Standing:
+        """How good the mesh is by the measure that it is judged by."""
+        if self.mesh.measure == self.measure:
+            return self.standing()
+        return _standing_of(self._measured(self.measure))
+
+    def _measured(self, measure: int) -> Array:
+        """q of the living cells by another measure."""
+        cells = self.mesh.cells[self.living()]
+        quality = np.empty(len(cells))
+        measure_cells(measure, self.mesh.points, cells, quality)
+        return quality
+
+    def measure_by(self, measure: int) -> None:
+        """Let another measure steer, by its code."""
+        self.mesh.quality[self.living()] = self._measured(measure)
+        self.mesh = self.mesh._replace(measure=measure)
 
     # What to visit -------------------------------------------------------------------
 
@@ -177,12 +208,28 @@ class Workspace:
         rows = rows[np.count_nonzero(changed[self.mesh.cells[rows]], axis=1) >= 2]
         return rows, self.mesh.quality[rows]
 
+    def worse_cells(self, below: float) -> Array:
+        """Living cells with less q than `below`."""
+        living = self.living()
+        return living[self.mesh.quality[living] < below]
+
+    def rings_around(self, cells: Array, n_rings: int) -> Array:
+        """Cells at most so many rings away from some cells: the first share a vertex with them."""
+        living = self.living()
+        near = np.zeros(len(self.mesh.points), dtype=bool)
+        rows = cells
+        for _ in range(n_rings):
+            near[self.mesh.cells[rows].ravel()] = True
+            rows = living[near[self.mesh.cells[living]].any(axis=1)]
+        return rows
+
     # Keeping and growing -------------------------------------------------------------
 
     def copy(self) -> Workspace:
         """An independent copy, with working space of its own."""
         twin = object.__new__(Workspace)
         twin._source, twin._origin = self._source, self._origin
+        twin.measure, twin.target = self.measure, self.target
         arrays: dict[str, Any] = {
             k: v.copy() for k, v in self.mesh._asdict().items() if isinstance(v, np.ndarray)
         }
@@ -257,6 +304,15 @@ class Workspace:
         """The order in pieces, between which progress is shown and interrupts act."""
         for start in range(0, len(order), size):
             yield order[start : start + size]
+
+
+def _standing_of(q: Array) -> Standing:
+    worst = float(q.min())
+    if worst <= 0.0:
+        return Standing(worst, math.inf, math.inf)
+    n_tail = max(len(q) // 100, min(len(q), 10))
+    tail = np.partition(q, n_tail - 1)[:n_tail]
+    return Standing(worst, float(np.mean(1.0 / q)), float(np.mean(1.0 / tail)))
 
 
 def _inverse(order: Array) -> Array:

@@ -13,7 +13,16 @@ from builders import mesh
 from hypothesis import settings
 
 from meshopt_cli import adjacency, formats
-from meshopt_cli.kernels import collapse, flip, relocate, shell_swap, split
+from meshopt_cli.kernels import (
+    classify,
+    collapse,
+    face_removal,
+    flip,
+    mend,
+    relocate,
+    shell_swap,
+    split,
+)
 from meshopt_cli.kernels._jit import entry
 from meshopt_cli.kernels.audit import WHOLE, audit
 from meshopt_cli.mesh import Block, Mesh, Simplices, cast
@@ -108,6 +117,14 @@ def spindle(n: int, height: float = 1.0, shake: float = 0.0, seed: int = 0) -> M
     return mesh([[0, 0, -height], [0, 0, height], *polygon], tetra=cells)
 
 
+def open_spindle(n: int, of: int, height: float = 1.0) -> Mesh:
+    """n tets of a spindle of so many: an open shell around the edge from vertex 0 to vertex 1."""
+    polygon = np.column_stack([ring(of)[: n + 1], np.zeros(n + 1)])
+    i = np.arange(n)
+    cells = np.stack([0 * i, 0 * i + 1, 2 + i, 3 + i], axis=1)
+    return mesh([[0, 0, -height], [0, 0, height], *polygon], tetra=cells)
+
+
 def double_pyramid(height: float, lean: float = 0.0) -> Mesh:
     """Two tets on both sides of an equilateral triangle: not convex when they lean by > 1."""
     corners = np.column_stack([ring(3), np.zeros(3)])
@@ -194,9 +211,9 @@ def plan_flip(mesh, handle, rule, floor):
 
 
 @entry
-def do_flip(mesh, plan):
+def do_flip(mesh, plan, scratch):
     """`apply_flip` for Python."""
-    flip.apply_flip(mesh, plan)
+    flip.apply_flip(mesh, plan, scratch)
 
 
 @entry
@@ -209,6 +226,24 @@ def plan_face_swap(mesh, handle, rule, floor, scratch):
 def plan_edge_swap(mesh, handle, rule, floor, scratch):
     """`simulate_edge_swap` for Python."""
     return shell_swap.simulate_edge_swap(mesh, handle, rule, floor, scratch)
+
+
+@entry
+def plan_face_removal(mesh, handle, rule, floor, scratch):
+    """`simulate_face_removal` for Python."""
+    return face_removal.simulate_face_removal(mesh, handle, rule, floor, scratch)
+
+
+@entry
+def mended(mesh, cell, remedies, how, scratch):
+    """`mend_cell` for Python."""
+    return mend.mend_cell(mesh, cell, remedies, how, scratch)
+
+
+@entry
+def type_of(points, cell_vertices):
+    """`cell_type` for Python."""
+    return classify.cell_type(points, cell_vertices)
 
 
 @entry
@@ -271,7 +306,7 @@ def region_volumes(mesh: Simplices) -> np.ndarray:
 
 def assert_whole(work: Workspace) -> None:
     """The mesh passes the audit, its cells are positive, and it knows how good they are."""
-    assert audit(work.mesh) == (WHOLE, -1)
+    assert audit(work.mesh, 0.0) == (WHOLE, -1)
     rows = work.living()
     fresh = Workspace(work.result()[0], work.mesh.measure)
     assert np.all(volumes(work.mesh.points, work.mesh.cells[rows]) > 0)

@@ -100,7 +100,7 @@ def apply_swap(work, _, plan):
 FLIP = Operator(
     facet_handles,
     lambda work, handle, *rule: patches.plan_flip(work.mesh, handle, *rule),
-    lambda work, _, plan: patches.do_flip(work.mesh, plan),
+    lambda work, _, plan: patches.do_flip(work.mesh, plan, work.scratch),
 )
 FACE_SWAP = Operator(
     facet_handles,
@@ -110,6 +110,11 @@ FACE_SWAP = Operator(
 EDGE_SWAP = Operator(
     edge_handles,
     lambda work, handle, *rule: patches.plan_edge_swap(work.mesh, handle, *rule, work.scratch),
+    apply_swap,
+)
+FACE_REMOVAL = Operator(
+    facet_handles,
+    lambda work, handle, *rule: patches.plan_face_removal(work.mesh, handle, *rule, work.scratch),
     apply_swap,
 )
 INSERTION = Operator(
@@ -219,7 +224,9 @@ def test_flip(rule):
 
 
 @pytest.mark.parametrize("rule", RULES)
-@pytest.mark.parametrize("operator", [FACE_SWAP, EDGE_SWAP], ids=["face", "edge"])
+@pytest.mark.parametrize(
+    "operator", [FACE_SWAP, EDGE_SWAP, FACE_REMOVAL], ids=["face", "edge", "faces"]
+)
 def test_swap(operator, rule):
     """Swaps of faces and edges all over a grid."""
     verdicts = attempts(shaken_workspace(3, 3), operator, rule)
@@ -365,6 +372,39 @@ def test_long_spindle_improves(n):
     before = work.standing()
     applied(work, EDGE_SWAP, axis_handle(work), "strict")
     assert work.standing().worst > before.worst
+
+
+@pytest.mark.parametrize("n", [3, 4, 5, 6])
+def test_open_spindle(n):
+    """The faces inside an open shell go; its edge and its two outer faces stay."""
+    work = patches.workspace(patches.open_spindle(n, 3 * n))
+    source = work.result()[0]
+    handle = axis_handle(work)
+    assert attempt(work, EDGE_SWAP, handle, *RULES["valid"]) == APPLIED
+    applied(work, EDGE_SWAP, handle)
+    assert work.n_cells == 2 * n - 1
+    assert sum({0, 1} <= cell for cell in cell_sets(work)) == 1
+    patches.assert_kept(source, work)
+
+
+def test_open_spindle_that_is_too_wide():
+    """More than half a spindle has no room for the tet between its outer faces."""
+    work = patches.workspace(patches.open_spindle(4, 7))
+    assert attempt(work, EDGE_SWAP, axis_handle(work), *RULES["valid"]) == INVALID
+
+
+@pytest.mark.parametrize("n", [3, 5])
+def test_removal_of_the_faces_of_a_spindle(n):
+    """What the removal of an edge made, the removal of faces undoes at once."""
+    work = patches.workspace(patches.spindle(n, shake=0.1, seed=n))
+    before = cell_sets(work)
+    applied(work, EDGE_SWAP, axis_handle(work))
+    for handle in facet_handles(work):
+        plan = FACE_REMOVAL.simulate(work, handle, *RULES["valid"])
+        if plan.verdict == APPLIED and plan.n_new == n:
+            FACE_REMOVAL.apply(work, handle, plan)
+            break
+    assert sorted(map(sorted, cell_sets(work))) == sorted(map(sorted, before))
 
 
 def test_spindle_is_seen_from_its_worst_tet_only():

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import click
 import numpy as np
 import pytest
-from builders import in_space, mesh, octahedron, quad_grid, tet_grid, tri_grid
+from builders import hex_grid, in_space, mesh, octahedron, quad_grid, tet_grid, tri_grid
 
 from meshopt_cli import __version__, formats, job
 from meshopt_cli.cli.main import COMMANDS, STATUSES, main, status_of
@@ -180,8 +180,8 @@ BAD_MESHES = {
     "second_order": (lambda: mesh(np.random.default_rng(0).random((10, 3)), tetra10=[range(10)]),
                      3, "tetra10"),
     "surface": (octahedron, 3, "plane"),
-    "hexes_and_tets": (lambda: mesh(np.random.default_rng(0).random((12, 3)),
-                                    hexahedron=[range(8)], tetra=[[8, 9, 10, 11]]),
+    "hexes_and_tets": (lambda: mesh([*hex_grid(1).points, *(np.eye(4, 3) + 2)],
+                                    hexahedron=hex_grid(1).blocks[0].cells, tetra=[[3, 0, 1, 2]]),
                        3, "hexahedron"),
     "lines": (lambda: mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], line=[[0, 1], [1, 2]]), 1, "lines"),
     "points": (lambda: mesh([[0, 0, 0], [1, 0, 0]], vertex=[[0], [1]]), 1, "points"),

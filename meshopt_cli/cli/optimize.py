@@ -85,8 +85,8 @@ def command(
     verbosity: int,
 ) -> int:
     from .. import formats
-    from ..job import InvalidMeshError, optimize
-    from ..mesh import main_type, with_regions
+    from ..job import InvalidMeshError, optimize, require_simplices
+    from ..mesh import with_regions
     from .config import Request, plan_for
     from .findings import show_findings
     from .output import form_of, print_report, report_of, write_reports
@@ -101,17 +101,17 @@ def command(
     formats.require_place(output)
     clock = [time.perf_counter()]
     mesh, source = formats.read(input, input_format)
-    with naming(input):
-        main_type(mesh)
-        if regions:
-            mesh = with_regions(mesh, regions)
-    plan = plan_for(request, mesh.dimension())
     binary = None if ascii is None else not ascii
-    encoding = formats.encoding_for(output, source.encoding, file_format, binary)
-    clock.append(time.perf_counter())
-    compile_kernels(verbosity < 0)
     needs_all = as_json or any(r.suffix.lower() == ".json" for r in reports)
     try:
+        with naming(input):
+            require_simplices(mesh)
+            if regions:
+                mesh = with_regions(mesh, regions)
+        plan = plan_for(request, mesh.dimension())
+        encoding = formats.encoding_for(output, source.encoding, file_format, binary)
+        clock.append(time.perf_counter())
+        compile_kernels(verbosity < 0)
         with progress(verbosity < 0) as observer, naming(input):
             result = optimize(mesh, plan.pipeline, plan.measure, observer, needs_all, not no_data)
     except InvalidMeshError as error:

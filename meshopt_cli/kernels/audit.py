@@ -10,15 +10,20 @@ WHOLE, NOT_POSITIVE, NOT_MUTUAL, NOT_SHARED, NOT_IN_BALL = range(5)
 
 
 @entry
-def audit(mesh):
+def audit(mesh, least):
     """Look for the first living cell that breaks a promise.
+
+    Parameters
+    ----------
+    least : float
+        What the q of every cell must exceed.
 
     Returns
     -------
     fault : int
-        WHOLE; NOT_POSITIVE: q is not above 0; NOT_MUTUAL: a neighbour does not lead back or is
-        dead; NOT_SHARED: two neighbours do not have the same facet; NOT_IN_BALL: the cell noted
-        for a vertex does not have it.
+        WHOLE; NOT_POSITIVE: q is not above `least`; NOT_MUTUAL: a neighbour does not lead back
+        or is dead; NOT_SHARED: two neighbours do not have the same facet; NOT_IN_BALL: the cell
+        noted for a vertex does not have it.
     cell : int
         The cell at fault, -1 without.
     """
@@ -26,7 +31,7 @@ def audit(mesh):
     for cell in range(mesh.state[N_CELLS]):
         if not mesh.alive[cell]:
             continue
-        if not mesh.quality[cell] > 0.0:
+        if not mesh.quality[cell] > least:
             return NOT_POSITIVE, cell
         for k in range(width):
             noted = mesh.vertex_cell[mesh.cells[cell, k]]

@@ -112,3 +112,18 @@ def tet_type(points, cell_vertices):
     if large == 1:
         return SPADE
     return SLIVER if large == 2 else CAP
+
+
+@kernel
+def cell_type(points, cell_vertices):
+    """The type of a tet, or of a triangle as its nearest kin: WEDGE by a short edge, else SPADE."""
+    if cell_vertices.shape[0] == 4:
+        return tet_type(points, cell_vertices)
+    shortest = math.inf
+    longest = 0.0
+    for i in range(3):
+        a = at(points, cell_vertices[i])
+        square = square_distance(a, at(points, cell_vertices[(i + 1) % 3]))
+        shortest = min(shortest, square)
+        longest = max(longest, square)
+    return WEDGE if shortest < SHORT * SHORT * longest else SPADE

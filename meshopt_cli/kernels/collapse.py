@@ -232,14 +232,18 @@ def collapse_cell(mesh, cell, victim, how, scratch, counts):
 
 
 @entry
-def sweep_collapse(mesh, order, victims, how, scratch, counts):
+def sweep_collapse(mesh, order, victims, how, most, scratch, counts):
     """Try the edges of each cell in turn; see `shell_swap.sweep_swap`.
 
     Parameters
     ----------
     order, victims : (n,) int64
         Cells to visit, and for each the only vertex that may vanish there, -1 for any.
+    most : int
+        The sweep ends when so many are applied, those counted before it included.
     """
     for i in range(order.shape[0]):
+        if counts[APPLIED] >= most:
+            break
         if mesh.alive[order[i]]:
             collapse_cell(mesh, order[i], victims[i], how, scratch, counts)

@@ -10,6 +10,7 @@ from .accept import is_accepted
 from .ball import touch
 from .cavity import link
 from .geometry import at
+from .journal import keep
 from .measures import tri_quality
 from .shell import is_required
 from .types import APPLIED, FIXED, INVALID, NOT_BETTER
@@ -54,10 +55,15 @@ def simulate_flip(mesh, handle, rule, floor):
 
 
 @kernel
-def apply_flip(mesh, plan):
+def apply_flip(mesh, plan, scratch):
     """Carry out a simulated flip."""
     one = plan.one >> 2
     other = plan.other >> 2
+    for cell in (one, other):
+        keep(mesh, cell, scratch)
+        for k in range(3):
+            if mesh.neighbours[cell, k] >= 0:
+                keep(mesh, mesh.neighbours[cell, k] >> 2, scratch)
     i = plan.one & 3
     j = plan.other & 3
     a = mesh.cells[one, (i + 1) % 3]
@@ -113,5 +119,6 @@ def sweep_flip(mesh, order, how, scratch, counts):
                 if not how.pick_best:
                     break
         if best >= 0:
-            apply_flip(mesh, simulate_flip(mesh, 4 * cell + best, how.rule, how.floor))
+            plan = simulate_flip(mesh, 4 * cell + best, how.rule, how.floor)
+            apply_flip(mesh, plan, scratch)
             counts[APPLIED] += 1

@@ -25,6 +25,9 @@ from .geometry import SQRT3, Vec, along, at, cross, distance, dot, minus, norm, 
     SOLID_ANGLE_MIN,
 ) = range(10)
 
+# Added to a code: the dihedral angles of a tet bound its q as well (`tet_angle_bound`).
+WITH_ANGLES = 100
+
 ALPHA_2 = SQRT3 / 6.0
 ALPHA_3 = math.sqrt(6.0) / 36.0
 BETA_2 = SQRT3 / 12.0
@@ -34,6 +37,14 @@ REGULAR_ANGLE_3 = math.acos(1.0 / 3.0)
 REGULAR_SOLID_ANGLE = 3.0 * REGULAR_ANGLE_3 - math.pi
 SQRT2 = math.sqrt(2.0)
 SQRT6 = math.sqrt(6.0)
+# Dihedral angles of LEAST_ANGLE and GREATEST_ANGLE degrees count as bad as Q = ANGLE_Q; an
+# angle of 0 or 180 degrees as 1 / ANGLE_WEIGHT times that, so that a bad Q goes first.
+LEAST_ANGLE = 30.0
+GREATEST_ANGLE = 130.0
+ANGLE_Q = 1.84
+ANGLE_WEIGHT = 0.25
+LEAST_SINE = math.sin(math.radians(LEAST_ANGLE / 2.0))
+LEAST_COSINE = math.cos(math.radians(GREATEST_ANGLE / 2.0))
 
 
 @inlined
@@ -163,6 +174,49 @@ def solid_angle(apex, a, b, c):
     return 2.0 * math.atan2(numerator, denominator)
 
 
+@inlined
+def cosine_between(u, v):
+    """Cosine of the angle of two vectors; 1 where one of them vanishes."""
+    squares = dot(u, u) * dot(v, v)
+    return dot(u, v) / math.sqrt(squares) if squares > 0.0 else 1.0
+
+
+@kernel
+def tet_angle_bound(a, b, c, d):
+    """The q that the dihedral angles of a positive tet allow.
+
+    It grows with the sine of half the least angle and the cosine of half the greatest.
+    """
+    n0, n1, n2, n3 = tet_normals(a, b, c, d)
+    c01 = cosine_between(n0, n1)
+    c02 = cosine_between(n0, n2)
+    c03 = cosine_between(n0, n3)
+    c12 = cosine_between(n1, n2)
+    c13 = cosine_between(n1, n3)
+    c23 = cosine_between(n2, n3)
+    # The normals point inwards: the angle between two faces is pi less that between them.
+    of_least = -min(c01, c02, c03, c12, c13, c23)
+    of_greatest = -max(c01, c02, c03, c12, c13, c23)
+    sine = math.sqrt(max(0.0, 0.5 * (1.0 - of_least)))
+    cosine = math.sqrt(max(0.0, 0.5 * (1.0 + of_greatest)))
+    bound = min(sine / LEAST_SINE, cosine / LEAST_COSINE)
+    if bound < 1.0:
+        bound = ANGLE_WEIGHT + (1.0 - ANGLE_WEIGHT) * bound
+    return min(1.0, bound / ANGLE_Q)
+
+
+@kernel
+def tet_bounded_quality(measure, a, b, c, d):
+    """q of a tet by a measure, or what its dihedral angles allow if that is less."""
+    if measure == ASPECT_RATIO:
+        q = tet_aspect_ratio(a, b, c, d)
+    elif measure == VOLUME_LENGTH:
+        q = tet_volume_length(a, b, c, d)
+    else:
+        q = tet_other_quality(measure, a, b, c, d)
+    return min(q, tet_angle_bound(a, b, c, d)) if q > 0.0 else q
+
+
 @kernel
 def tet_other_quality(measure, a, b, c, d):
     """The measures of the list in 18.2.2, all but the two most used."""
@@ -212,6 +266,8 @@ def tet_quality(measure, a, b, c, d):
         return tet_aspect_ratio(a, b, c, d)
     if measure == VOLUME_LENGTH:
         return tet_volume_length(a, b, c, d)
+    if measure >= WITH_ANGLES:
+        return tet_bounded_quality(measure - WITH_ANGLES, a, b, c, d)
     return tet_other_quality(measure, a, b, c, d)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from ._jit import entry, kernel
 from .flip import apply_flip, simulate_flip
-from .shell_swap import APPLIED, NOT_VISITED, apply_swap, simulate_edge_swap, simulate_face_swap
+from .shell_swap import APPLIED, NOT_VISITED, apply_swap, simulate_edge_removal, simulate_face_swap
 from .tables import TET_EDGES
 from .types import NOT_BETTER
 
@@ -51,7 +51,7 @@ def change_ring(degree, target, a, b, n, by, scratch):
 @kernel
 def relax_edge(mesh, cell, edge, how, degree, target, scratch):
     """Remove an edge of a tet when the degrees gain by it; returns the verdict."""
-    plan = simulate_edge_swap(mesh, 8 * cell + edge, how.rule, how.floor, scratch)
+    plan = simulate_edge_removal(mesh, 8 * cell + edge, how.rule, how.floor, scratch)
     if plan.verdict != APPLIED:
         return plan.verdict
     a = mesh.cells[cell, TET_EDGES[edge, 0]]
@@ -82,7 +82,7 @@ def relax_face(mesh, cell, local, how, degree, target, scratch):
 
 
 @kernel
-def relax_flip(mesh, cell, local, how, degree, target):
+def relax_flip(mesh, cell, local, how, degree, target, scratch):
     """Flip an edge of a triangle when the degrees gain by it."""
     plan = simulate_flip(mesh, 4 * cell + local, how.rule, how.floor)
     if plan.verdict != APPLIED:
@@ -99,7 +99,7 @@ def relax_flip(mesh, cell, local, how, degree, target):
         degree[c] -= 1
         degree[d] -= 1
         return NOT_BETTER
-    apply_flip(mesh, plan)
+    apply_flip(mesh, plan, scratch)
     return APPLIED
 
 
@@ -120,7 +120,7 @@ def sweep_relax(mesh, order, how, degree, target, scratch, counts):
             continue
         for handle in range(10 if tets else 3):
             if not tets:
-                verdict = relax_flip(mesh, cell, handle, how, degree, target)
+                verdict = relax_flip(mesh, cell, handle, how, degree, target, scratch)
             elif handle < 6:
                 verdict = relax_edge(mesh, cell, handle, how, degree, target, scratch)
             else:

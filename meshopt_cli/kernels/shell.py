@@ -6,7 +6,7 @@ from ._jit import inlined, kernel
 from .ball import local_index
 from .types import MAX_SHELL
 
-# What `gather_shell` returns in place of a number of tets.
+# What `gather_shell` and `gather_open_shell` return in place of a number of tets.
 SHELL_OPEN = 0
 SHELL_OVERFLOW = -1
 SHELL_ELSEWHERE = -2
@@ -63,5 +63,45 @@ def gather_shell(mesh, cell, a, b, c, d, scratch):
         cell = beyond >> 2
         if cell == first:
             return n
+        c = d
+        d = mesh.cells[cell, beyond & 3]
+
+
+@kernel
+def gather_open_shell(mesh, cell, a, b, c, d, scratch):
+    """Collect the tets around an edge on the boundary or an interface, from one side to the other.
+
+    As `gather_shell`, but there is one vertex more around the edge than tets.
+
+    Returns
+    -------
+    n : int
+        Number of tets, or SHELL_OVERFLOW or SHELL_ELSEWHERE.
+    """
+    worst = cell
+    # Back to the side where the shell begins.
+    for _ in range(MAX_SHELL):
+        beyond = mesh.neighbours[cell, local_index(mesh.cells, cell, d)]
+        if beyond < 0:
+            break
+        cell = beyond >> 2
+        d = c
+        c = mesh.cells[cell, beyond & 3]
+    n = 0
+    while True:
+        if n == MAX_SHELL - 1:
+            return SHELL_OVERFLOW
+        if mesh.quality[cell] < mesh.quality[worst] or (
+            mesh.quality[cell] == mesh.quality[worst] and cell < worst
+        ):
+            return SHELL_ELSEWHERE
+        scratch.shell[n] = cell
+        scratch.ring[n] = c
+        scratch.ring[n + 1] = d
+        n += 1
+        beyond = mesh.neighbours[cell, local_index(mesh.cells, cell, c)]
+        if beyond < 0:
+            return n
+        cell = beyond >> 2
         c = d
         d = mesh.cells[cell, beyond & 3]

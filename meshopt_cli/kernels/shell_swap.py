@@ -14,7 +14,14 @@ from .accept import is_accepted, threshold
 from .cavity import has_room, replace_cells
 from .geometry import at
 from .measures import tet_quality
-from .shell import SHELL_ELSEWHERE, SHELL_OVERFLOW, gather_shell, is_required
+from .shell import (
+    SHELL_ELSEWHERE,
+    SHELL_OPEN,
+    SHELL_OVERFLOW,
+    gather_open_shell,
+    gather_shell,
+    is_required,
+)
 from .tables import TET_EDGES, TET_FACETS
 from .types import APPLIED, FIXED, FULL, INVALID, NOT_BETTER, TOO_LARGE
 
@@ -160,7 +167,7 @@ def collect_ring(a, b, n, scratch):
 
 
 @kernel
-def simulate_edge_swap(mesh, handle, rule, floor, scratch):
+def simulate_edge_removal(mesh, handle, rule, floor, scratch):
     """Remove an edge: replace its closed shell by the best triangulation of its polygon.
 
     Parameters
@@ -180,7 +187,7 @@ def simulate_edge_swap(mesh, handle, rule, floor, scratch):
     if n == SHELL_ELSEWHERE:
         return SwapPlan(NOT_VISITED, 0, 0, 0.0)
     if n < 3 or is_required(mesh, a, b):
-        return SwapPlan(FIXED, 0, 0, 0.0)
+        return SwapPlan(FIXED, max(n, 0), 0, 0.0)
     before = mesh.quality[cell]
     stop = threshold(rule, floor, before)
     worst = triangulate_ring(mesh, a, b, n, stop, scratch)
@@ -191,6 +198,55 @@ def simulate_edge_swap(mesh, handle, rule, floor, scratch):
     if not has_room(mesh, n - 4):
         return SwapPlan(FULL, n, 0, worst)
     return SwapPlan(APPLIED, n, collect_ring(a, b, n, scratch), worst)
+
+
+@kernel
+def simulate_open_swap(mesh, handle, rule, floor, scratch):
+    """Remove the faces inside an open shell; its edge and its two outer faces stay.
+
+    One tet is left at the edge, between those faces; the rest becomes the best triangulation
+    of the polygon around it. With two tets this is the swap of the face between them.
+    """
+    cell = handle >> 3
+    edge = handle & 7
+    a = mesh.cells[cell, TET_EDGES[edge, 0]]
+    b = mesh.cells[cell, TET_EDGES[edge, 1]]
+    c = mesh.cells[cell, TET_EDGES[edge, 2]]
+    d = mesh.cells[cell, TET_EDGES[edge, 3]]
+    n = gather_open_shell(mesh, cell, a, b, c, d, scratch)
+    if n == SHELL_OVERFLOW:
+        return SwapPlan(TOO_LARGE, 0, 0, 0.0)
+    if n == SHELL_ELSEWHERE:
+        return SwapPlan(NOT_VISITED, 0, 0, 0.0)
+    if n < 3:
+        return SwapPlan(FIXED, 0, 0, 0.0)
+    before = mesh.quality[cell]
+    stop = threshold(rule, floor, before)
+    ring = scratch.ring
+    points = mesh.points
+    worst = tet_quality(
+        mesh.measure, at(points, a), at(points, b), at(points, ring[0]), at(points, ring[n])
+    )
+    if worst > stop:
+        worst = min(worst, triangulate_ring(mesh, a, b, n + 1, stop, scratch))
+    if worst <= 0.0:
+        return SwapPlan(INVALID, n, 0, worst)
+    if worst <= stop or not is_accepted(rule, floor, before, worst):
+        return SwapPlan(NOT_BETTER, n, 0, worst)
+    if not has_room(mesh, n - 1):
+        return SwapPlan(FULL, n, 0, worst)
+    n_new = collect_ring(a, b, n + 1, scratch)
+    put(scratch.created, n_new, a, b, ring[0], ring[n])
+    return SwapPlan(APPLIED, n, n_new + 1, worst)
+
+
+@kernel
+def simulate_edge_swap(mesh, handle, rule, floor, scratch):
+    """Remove an edge inside, or the faces at an edge of the boundary or of an interface."""
+    plan = simulate_edge_removal(mesh, handle, rule, floor, scratch)
+    if plan.verdict == FIXED and plan.n_old == SHELL_OPEN:
+        return simulate_open_swap(mesh, handle, rule, floor, scratch)
+    return plan
 
 
 @kernel

@@ -10,9 +10,10 @@ from .relax import Relax
 from .smooth import Smooth
 from .split import Split
 from .swap import Swap
+from .untangle import Untangle
 
 PASSES: dict[str, type[Pass]] = {
-    p.name: p for p in (Check, Smooth, Swap, Collapse, Relax, Split, Mend)
+    p.name: p for p in (Check, Untangle, Smooth, Swap, Collapse, Relax, Split, Mend)
 }
 
 __all__ = ["PASSES", "Observer", "Operator", "Pass", "Silent", "Tally"]

@@ -92,7 +92,6 @@ class Pass:
 
     name: ClassVar[str] = ""
     summary: ClassVar[str] = ""
-    dimensions: ClassVar[tuple[int, ...]] = (2, 3)  # of the meshes it works on
 
     def __post_init__(self) -> None:
         self._since: dict[str, int] = {}
@@ -192,10 +191,10 @@ class Operator(Pass):
         """Run a kernel over the entities in chunks, making room for cells when it is short."""
         observer.start(self.name, len(order))
         for chunk in work.chunks(order):
-            full = tally.counts[Verdict.FULL]
             kernel(chunk)
-            if tally.counts[Verdict.FULL] > full:
+            while tally.counts[Verdict.FULL]:
+                # What found no room is no refusal: it is tried again with more.
+                tally.counts[Verdict.FULL] = 0
                 work.grow()
-                tally.counts[Verdict.FULL] = full
                 kernel(chunk)
             observer.advance(len(chunk))

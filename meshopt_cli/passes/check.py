@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -11,7 +12,7 @@ from ..errors import InvariantError
 from ..kernels.audit import NOT_IN_BALL, NOT_MUTUAL, NOT_POSITIVE, NOT_SHARED, WHOLE, audit
 from ..kernels.measures import measure_cells
 from ..workspace import Workspace
-from .base import Observer, Pass, Tally
+from .base import Observer, Pass, Tally, option
 
 FAULTS = {
     NOT_POSITIVE: "is flat or inverted",
@@ -28,6 +29,11 @@ class Check(Pass):
     name: ClassVar[str] = "check"
     summary: ClassVar[str] = "proves that the mesh is whole; changes nothing"
 
+    inverted: str = option(
+        "refused", "whether cells may be inverted or flat, because a later pass mends them",
+        choices=("refused", "allowed"),
+    )  # fmt: skip
+
     def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
         """Audit the mesh.
 
@@ -37,7 +43,7 @@ class Check(Pass):
             A cell breaks a promise of the operators.
         """
         rows = work.living()
-        fault, cell = audit(work.mesh)
+        fault, cell = audit(work.mesh, 0.0 if self.inverted == "refused" else -math.inf)
         if fault != WHOLE:
             raise InvariantError(f"cell {cell} of the working mesh {FAULTS[fault]}")
         quality = np.empty(len(rows))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -29,14 +30,20 @@ class Collapse(Operator):
     max_growth: float = option(
         1.5, "longest new edge, over the longest edge of the balls it replaces", least=0.0
     )
+    min_vertices: float = option(
+        0.8, "fewest vertices, over those of the input", least=0.0, most=1.0
+    )
 
     def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
         how = How(self.rule, self.floor, self.max_growth, self.placement == "any")
         cells, quality = work.changed_cells(self.since(work, "edges"), self.limit)
         order = self.ordered(work, cells, quality)
 
+        spare = max(0, work.n_vertices - math.ceil(self.min_vertices * work.n_input_vertices))
+        most = tally.applied + spare
+
         def kernel(chunk):
             anyone = np.full(len(chunk), -1, dtype=np.int64)
-            sweep_collapse(work.mesh, chunk, anyone, how, work.scratch, tally.counts)
+            sweep_collapse(work.mesh, chunk, anyone, how, most, work.scratch, tally.counts)
 
         self.visit(work, order, kernel, tally, observer)

@@ -1,4 +1,4 @@
-"""mend: composite operations on the worst tetrahedra, by their type (18.5, Exercise 18.6)."""
+"""mend: composite operations on the worst cells, by their type (18.5, Exercise 18.6)."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from ..kernels.mend import Mending, Remedy, sweep_mend
 from ..kernels.types import N_POINTS
 from ..workspace import Workspace
 from .base import Observer, Operator, Tally, option
+
+Array = np.ndarray
 
 # For each type, what to try in what order: the cheap and the likely first.
 REMEDIES: dict[TetType, tuple[Remedy, ...]] = {
@@ -39,29 +41,70 @@ class Mend(Operator):
     """Change, improve what is around, and undo it where it does not pay."""
 
     name: ClassVar[str] = "mend"
-    summary: ClassVar[str] = "composite operations on the worst tetrahedra, by type (18.5)"
-
-    dimensions: ClassVar[tuple[int, ...]] = (3,)
+    summary: ClassVar[str] = "composite operations on the worst cells, by their type (18.5)"
 
     below: float = option(2.0, "visit only cells whose Q is above this", least=1.0)
     accept: str = option("strict", "the worst Q of what changed must fall", choices=("strict",))
     max_vertices: float = option(1.5, "most vertices, over those of the input", least=1.0, most=4.0)
     harm: float = option(
-        0.3, "what the first change may leave of the quality of the cell", least=0.0, most=1.0
+        0.8, "what the first change may leave of the quality of the cell", least=0.0, most=1.0
     )
     least_gain: float = option(
         0.01, "least gain of the worst quality of what changed, as a part of it", least=0.0
     )
+    trials: int = option(4, "ways of a remedy that are carried out, the best first", least=1)
+    steps: int = option(5, "improvements of what is around, after the first change", least=0)
+    rings: int = option(
+        0, "where cells stay bad, mend up to so many rings of cells around them, and try again",
+        least=0, most=4,
+    )  # fmt: skip
+    crowd: int = option(64, "rings are mended around so many of the worst cells at most", least=1)
+    enough: float = option(
+        1.1, "no rings around cells whose Q is below so many times the target", least=1.0
+    )
+    around: float = option(1.6, "visit only cells of these rings whose Q is above this", least=1.0)
+
+    def forget(self) -> None:
+        super().forget()
+        self._seen = np.empty(0, dtype=np.int64)
+
+    def validate(self) -> None:
+        super().validate()
+        self.forget()
 
     def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
-        cells, quality = work.changed_cells(self.since(work, "cavities"), self.limit)
-        if not len(cells):
-            return
+        self._mend(work, work.worse_cells(self.limit), self.limit, tally, observer)
+        # What is nearly as good as the boundary allows is worth no more than that.
+        limit = 1.0 / max(self.below, self.enough * work.target)
+        around = 1.0 / self.around
+        for n_rings in range(1, self.rings + 1):
+            bad = work.worse_cells(limit)
+            if not len(bad):
+                return
+            bad = bad[np.argsort(work.mesh.quality[bad], kind="stable")][: self.crowd]
+            near = work.rings_around(bad, n_rings)
+            self._mend(work, near[work.mesh.quality[near] < around], around, tally, observer)
+            self._mend(work, work.worse_cells(limit), limit, tally, observer)
+
+    def _mend(
+        self, work: Workspace, cells: Array, limit: float, tally: Tally, observer: Observer
+    ) -> None:
+        """Visit those cells around which something changed since they were visited last."""
         # Room for a vertex an attempt, and never for less than the input had.
         most = int(self.max_vertices * work.n_input_points) + 1
         work.reserve_points(min(most, int(work.mesh.state[N_POINTS]) + len(cells)))
-        how = Mending(self.limit, self.harm, self.least_gain, min(most, len(work.mesh.points)))
-        order = self.ordered(work, cells, quality)
+        seen = np.full(len(work.mesh.points), -1)
+        seen[: len(self._seen)] = self._seen
+        corners = work.mesh.cells[cells]
+        changed = work.mesh.vertex_clock[corners] > seen[corners]
+        cells = cells[np.count_nonzero(changed, axis=1) >= 2]
+        seen[work.mesh.cells[cells]] = work.next_sweep()
+        self._seen = seen
+        if not len(cells):
+            return
+        room = min(most, len(work.mesh.points))
+        how = Mending(limit, self.harm, self.least_gain, room, self.trials, self.steps)
+        order = self.ordered(work, cells, work.mesh.quality[cells])
         table = remedy_table()
 
         def kernel(chunk):

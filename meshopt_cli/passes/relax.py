@@ -74,7 +74,9 @@ class Relax(Operator):
         how = Collapse(self.rule, self.floor, self.max_growth, False)
 
         def kernel(chunk):
-            sweep_collapse(work.mesh, order[chunk], victims[chunk], how, work.scratch, tally.counts)
+            cells, poorest = order[chunk], victims[chunk]
+            most = len(poor)
+            sweep_collapse(work.mesh, cells, poorest, how, most, work.scratch, tally.counts)
 
         work.next_sweep()
         self.visit(work, np.arange(len(order)), kernel, tally, observer)

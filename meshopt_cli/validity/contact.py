@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import pairwise, product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,9 +16,10 @@ from ..adjacency import row_ids
 from ..mesh import Array
 from . import geometry
 from .geometry import Pairs
-from .study import FacetSet, Study
 
-TOUCH = 1e-7  # a vertex nearer to a facet than this fraction of its longest edge lies on it
+if TYPE_CHECKING:
+    from .study import FacetSet, Study
+
 MOST_PAIRS = 200  # pairs of boxes to look at, for each box; sound meshes need a few
 
 
@@ -38,9 +40,9 @@ def hanging_nodes(study: Study) -> Pairs:
         sides, owners = boundary_facets(study, facets, study.shape.flat)
         if sides.shape[1] == 4:
             sides, owners = sides[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3), np.repeat(owners, 2)
-        low, high = boxes(study.points, study.noise, sides)
+        low, high = boxes(study.points, study.noise, sides, study.touch)
         for vertex, side in around(study.points[boundary], low, high):
-            on = lies_on(study.points, study.noise, boundary[vertex], sides[side])
+            on = lies_on(study.points, study.noise, boundary[vertex], sides[side], study.touch)
             found.append((boundary[vertex[on]], owners[side[on]]))
     vertices, owners = _joined(found)
     corners = study.corners_of(owners)
@@ -61,37 +63,27 @@ def cracks(study: Study) -> Pairs:
         again = np.flatnonzero(first[inverse] != np.arange(len(ids)))
         one, other = facets.owners[rows[again]], facets.owners[rows[first[inverse[again]]]]
         found.append((np.maximum(one, other), np.minimum(one, other)))
+    found.append(_halves(study))
     return _joined(found)
 
 
-def crossings(study: Study) -> Pairs:
-    """Numbers of the cells of boundary edges that cross, in a planar mesh."""
-    found = []
-    if study.plane is not None:
-        points, noise, _ = study.plane
-        for facets in study.facet_sets:
-            edges, owners = boundary_facets(study, facets, study.explained)
-            for one, other in meeting(*boxes(points, noise, edges)):
-                crossed = cross_properly(points, noise, edges[one], edges[other])
-                pair = np.stack([owners[one[crossed]], owners[other[crossed]]])
-                found.append((pair.max(axis=0), pair.min(axis=0)))
-    return _joined(found)
-
-
-def intrusions(study: Study) -> Pairs:
-    """Boundary vertices well inside cells of a planar mesh, and the numbers of these cells."""
-    found = []
-    if study.plane is not None:
-        points, noise, _ = study.plane
-        boundary = boundary_vertices(study)
-        for group in study.cell_sets:
-            good = ~study.explained[group.numbers]
-            cells, numbers = group.cells[good], group.numbers[good]
-            low, high = boxes(points, noise, cells)
-            for vertex, cell in around(points[boundary], low, high):
-                inside = lies_inside(points, noise, boundary[vertex], cells[cell])
-                found.append((boundary[vertex[inside]], numbers[cell[inside]]))
-    return _joined(found)
+def _halves(study: Study) -> Pairs:
+    """Cells of boundary quads and of boundary triangles that are halves of them."""
+    sides = {facets.rows.shape[1]: facets for facets in study.facet_sets}
+    if not {3, 4} <= set(sides):
+        return _joined([])
+    rows = {width: facets.alone() for width, facets in sides.items()}
+    quads = study.first_points[sides[4].rows[rows[4]]]
+    halves = quads[:, [[0, 1, 2], [1, 2, 3], [2, 3, 0], [3, 0, 1]]].reshape(-1, 3)
+    triangles = study.first_points[sides[3].rows[rows[3]]]
+    ids = row_ids(np.concatenate([halves, triangles]), study.n_points)
+    order = np.argsort(ids[: len(halves)], kind="stable")
+    at = np.searchsorted(ids[order], ids[len(halves) :])
+    at = order[np.minimum(at, len(order) - 1)] if len(order) else at
+    same = np.flatnonzero(ids[at] == ids[len(halves) :]) if len(order) else at[:0]
+    one = sides[3].owners[rows[3][same]]
+    other = sides[4].owners[rows[4][at[same] // 4]]
+    return np.maximum(one, other), np.minimum(one, other)
 
 
 def boundary_vertices(study: Study) -> Array:
@@ -123,13 +115,21 @@ def _joined(found: list[Pairs]) -> Pairs:
     )
 
 
-def boxes(points: Array, noise: Array, rows: Array) -> Pairs:
+def boxes(points: Array, noise: Array, rows: Array, touch: float) -> Pairs:
     """Least and greatest coordinates of edges, faces or cells, as wide as their tolerance."""
-    corners = points[rows]
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    margin = 2 * TOUCH * (high - low).max(axis=1, initial=0.0)
-    margin += 2 * noise[rows].max(axis=1, initial=0.0)
+    low, high = extents(points, rows)
+    margin = 2 * touch * (high - low).max(axis=1, initial=0.0)
+    margin += 2 * np.maximum.reduce([noise[rows[:, k]] for k in range(rows.shape[1])])
     return low - margin[:, None], high + margin[:, None]
+
+
+def extents(points: Array, rows: Array) -> Pairs:
+    """Least and greatest coordinates of edges, faces or cells, (n, d) each."""
+    low = high = points[rows[:, 0]]
+    for k in range(1, rows.shape[1]):
+        corner = points[rows[:, k]]
+        low, high = np.minimum(low, corner), np.maximum(high, corner)
+    return low, high
 
 
 def around(points: Array, low: Array, high: Array) -> Iterator[Pairs]:
@@ -137,16 +137,10 @@ def around(points: Array, low: Array, high: Array) -> Iterator[Pairs]:
     size = high - low
     # Not too many shapes of grids: flat boxes are welcome, but not flat to the last digit.
     size = np.maximum(size, size.max(axis=1, keepdims=True, initial=0.0) * 2.0**-16)
-    return _overlapping(points, points, low, high, size)
+    return overlapping(points, points, low, high, size)
 
 
-def meeting(low: Array, high: Array) -> Iterator[Pairs]:
-    """Boxes (n, d) of one set that overlap each other; pairs may come more than once."""
-    size = np.broadcast_to((high - low).max(axis=1, keepdims=True, initial=0.0), low.shape)
-    return _overlapping(low, high, low, high, size)
-
-
-def _overlapping(
+def overlapping(
     low: Array, high: Array, other_low: Array, other_high: Array, size: Array
 ) -> Iterator[Pairs]:
     """Boxes that overlap, those of one set with those of another.
@@ -163,8 +157,7 @@ def _overlapping(
         Of the others, at least; the boxes larger than that are left out.
     """
     left = MOST_PAIRS * (len(low) + len(other_low) + 1000)
-    # Powers of 16, since every size of the grid costs a search for all boxes.
-    levels = np.frexp(np.maximum(size, 2.0**-45))[1] // 4 * 4 + 3
+    levels = grid_widths(size)[1]
     code = levels @ np.array([1, 256, 65536][: levels.shape[1]])
     by_code = np.argsort(code, kind="stable")
     starts = np.flatnonzero(np.diff(code[by_code], prepend=np.iinfo(code.dtype).min))
@@ -187,6 +180,15 @@ def _overlapping(
             left -= len(one)
             if left < 0:
                 return
+
+
+def grid_widths(size: Array) -> Pairs:
+    """Width of the grid that boxes are put in, (n,), and its logarithm along each axis (n, d).
+
+    Powers of 16, since every size of the grid costs a search for all boxes.
+    """
+    levels = np.frexp(np.maximum(size, 2.0**-45))[1] // 4 * 4 + 3
+    return 2.0 ** levels.min(axis=1, initial=1024), levels
 
 
 def _grid_cells(low: Array, high: Array, width: Array) -> Pairs:
@@ -218,7 +220,7 @@ def _expand(rows: Array, first: Array, count: Array) -> Iterator[Pairs]:
         begin = end
 
 
-def lies_on(points: Array, noise: Array, vertices: Array, facets: Array) -> Array:
+def lies_on(points: Array, noise: Array, vertices: Array, facets: Array, touch: float) -> Array:
     """Whether vertices lie on edges or triangles, but at no corner of them.
 
     Parameters
@@ -227,11 +229,13 @@ def lies_on(points: Array, noise: Array, vertices: Array, facets: Array) -> Arra
     noise : (np,) float64
     vertices : (n,) int64
     facets : (n, 2) or (n, 3) int64
+    touch : float
+        Part of the longest edge of the facet.
     """
     corners = points[facets]
     away = points[vertices][:, None] - corners
     longest = geometry.norms(np.roll(corners, -1, axis=1) - corners).max(axis=1, initial=0.0)
-    margin = TOUCH * longest + noise[facets].max(axis=1, initial=0.0)
+    margin = touch * longest + noise[facets].max(axis=1, initial=0.0)
     a = corners[:, 1] - corners[:, 0]
     if facets.shape[1] == 2:
         along = np.einsum("ij,ij->i", away[:, 0], a) / np.einsum("ij,ij->i", a, a)
@@ -247,48 +251,3 @@ def lies_on(points: Array, noise: Array, vertices: Array, facets: Array) -> Arra
         inward = np.einsum("ijk,ik->ij", np.cross(sides, away), unit) / geometry.norms(sides)
         inside = (inward >= -margin[:, None]).all(axis=1)
     return inside & (distance <= margin) & (geometry.norms(away) > margin[:, None]).all(axis=1)
-
-
-def cross_properly(points: Array, noise: Array, one: Array, other: Array) -> Array:
-    """Whether two edges in the plane cross away from their ends.
-
-    Parameters
-    ----------
-    points : (np, 2) float64
-    noise : (np,) float64
-    one, other : (n, 2) int64
-    """
-    return _parts(points, noise, one, other) & _parts(points, noise, other, one)
-
-
-def _parts(points: Array, noise: Array, line: Array, edge: Array) -> Array:
-    """Whether the ends of an edge lie on different sides of a line."""
-    along = points[line[:, 1]] - points[line[:, 0]]
-    length = geometry.norms(along)
-    margin = TOUCH * np.maximum(length, geometry.norms(points[edge[:, 1]] - points[edge[:, 0]]))
-    margin += np.maximum(noise[line].max(axis=1, initial=0), noise[edge].max(axis=1, initial=0))
-    sides = []
-    for k in (0, 1):
-        away = points[edge[:, k]] - points[line[:, 0]]
-        sides.append((along[:, 0] * away[:, 1] - along[:, 1] * away[:, 0]) / length)
-    return (np.minimum(*sides) < -margin) & (np.maximum(*sides) > margin)
-
-
-def lies_inside(points: Array, noise: Array, vertices: Array, cells: Array) -> Array:
-    """Whether vertices lie well inside convex polygons in the plane, turned either way.
-
-    Parameters
-    ----------
-    points : (np, 2) float64
-    noise : (np,) float64
-    vertices : (n,) int64
-    cells : (n, k) int64
-    """
-    corners = points[cells]
-    away = points[vertices][:, None] - corners
-    sides = np.roll(corners, -1, axis=1) - corners
-    length = geometry.norms(sides)
-    inward = (sides[..., 0] * away[..., 1] - sides[..., 1] * away[..., 0]) / length
-    margin = TOUCH * length.max(axis=1, initial=0.0) + noise[cells].max(axis=1, initial=0.0)
-    inward *= np.sign(inward[:, :1])
-    return (inward > margin[:, None]).all(axis=1)

@@ -237,3 +237,105 @@ def first_of(n: int, one: Array, other: Array) -> Array:
         first = first[first]
         if np.array_equal(first, before):
             return first
+
+
+def _edges_of(family: str) -> Array:
+    """Local ends of the edges of a family, each once, (n, 2)."""
+    ends = {
+        tuple(sorted((int(a), int(b))))
+        for table in FACETS[family].values()
+        for facet in table
+        for a, b in zip(facet, np.roll(facet, -1), strict=True)
+    }
+    return np.array(sorted(ends))
+
+
+def _hinges_of(family: str) -> Array:
+    """Pairs of facets of a solid that have an edge in common, (n, 2), as `facet_normals` counts."""
+    facets = [
+        {frozenset((int(a), int(b))) for a, b in zip(facet, np.roll(facet, -1), strict=True)}
+        for table in FACETS[family].values()
+        for facet in table
+    ]
+    pairs = [(i, j) for j in range(len(facets)) for i in range(j) if facets[i] & facets[j]]
+    return np.array(pairs)
+
+
+EDGES = {family: _edges_of(family) for family in FACETS}
+HINGES = {family: _hinges_of(family) for family in CORNERS}
+
+
+def facet_normals(points: Array, cells: Array, family: str) -> Array:
+    """Outward normals of the facets of solids, (n, f, 3), twice as long as the facet is large."""
+    normals = []
+    for width, table in FACETS[family].items():
+        for facet in table:
+            a, b, c = (points[cells[:, k]] for k in facet[:3])
+            # The cross product of the diagonals of a quad is twice its mean area.
+            d = points[cells[:, facet[3]]] if width == 4 else a
+            normals.append(np.cross(c - a, d - b) if width == 4 else np.cross(b - a, c - a))
+    return np.stack(normals, axis=1)
+
+
+def contents(points: Array, cells: Array, family: str) -> Array:
+    """Signed volumes of solids, or areas of triangles and quads, (n,).
+
+    Where points have three columns the areas are those in space, which have no sign.
+    """
+    if family == "tetra":
+        parts = [_tet_volumes(points, cells[rows])[0] for rows in chunks(len(cells))]
+        return np.concatenate([np.empty(0), *parts]) / 6
+    if family in CORNERS:
+        origin = points[cells[:, :1]]
+        total = np.zeros(len(cells))
+        for table in FACETS[family].values():
+            for facet in table:
+                total += flux(points[cells[:, facet]] - origin)
+        return total
+    a = points[cells[:, 2]] - points[cells[:, 0]]
+    b = points[cells[:, -1]] - points[cells[:, 1]]
+    if len(cells) and points.shape[1] == 2:
+        return (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / 2
+    return norms(np.cross(a, b)) / 2
+
+
+def flux(facets: Array) -> Array:
+    """What each facet adds to the content that a closed boundary encloses, (n,).
+
+    By the divergence theorem: the volume, or the area in the plane, of the cone from the
+    origin. A quad counts as the mean of its two divisions in triangles, so that both of its
+    cells see the same.
+
+    Parameters
+    ----------
+    facets : (n, w, d) float64
+        Corners, turned outwards.
+    """
+    if facets.shape[-1] == 2:
+        a, b = facets[:, 0], facets[:, 1]
+        return (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / 2
+    if facets.shape[1] == 3:
+        return _triple(facets[:, 0], facets[:, 1], facets[:, 2]) / 6
+    halves = [[0, 1, 2], [0, 2, 3], [0, 1, 3], [1, 2, 3]]
+    return np.sum([flux(facets[:, half]) for half in halves], axis=0) / 2
+
+
+def _triple(a: Array, b: Array, c: Array) -> Array:
+    """Triple product of vectors."""
+    return (
+        a[:, 0] * (b[:, 1] * c[:, 2] - b[:, 2] * c[:, 1])
+        + a[:, 1] * (b[:, 2] * c[:, 0] - b[:, 0] * c[:, 2])
+        + a[:, 2] * (b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0])
+    )
+
+
+def unfolded(points: Array, triangles: Array) -> Pairs:
+    """Each triangle in a plane of its own, seen anticlockwise: points with z = 0, and cells."""
+    a = points[triangles[:, 1]] - points[triangles[:, 0]]
+    b = points[triangles[:, 2]] - points[triangles[:, 0]]
+    length = norms(a)
+    flat = np.zeros((len(triangles), 3, 3))
+    flat[:, 1, 0] = length
+    flat[:, 2, 0] = np.einsum("ij,ij->i", a, b) / length
+    flat[:, 2, 1] = norms(np.cross(a, b)) / length
+    return flat.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3)

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from ..adjacency import row_ids
-from ..mesh import Array, Block, Mesh
-from . import geometry
+from ..mesh import Array, Block, Mesh, dimension_of
+from . import contact, geometry
+from .boundary import Domain, domain_of
+from .coincidence import first_points
+from .limits import NO_GATES, Gates
+from .shape import Shape, shape_of
+
+TOUCH = 1e-7  # a vertex nearer to a facet than this fraction of its longest edge lies on it
 
 # Dimension and count of corners of each family of cell types.
 FAMILIES = {
@@ -75,47 +81,29 @@ class FacetSet:
         return self.order[start], self.order[start + 1]
 
 
-@dataclass(frozen=True)
-class Shape:
-    """What the volumes of the cells say: masks over the numbers of all cells."""
-
-    inverted: Array
-    partly: Array  # inverted at a corner, but positive on the whole
-    flat: Array
-    quads: Array  # int64: 0, or 1 + the message of M104
-    turned: bool  # the whole mesh has the other orientation
-
-
-@dataclass(frozen=True)
-class Gates:
-    """Limits that the user sets; None where there is none.
-
-    Attributes
-    ----------
-    fail_above : float or None
-        Greatest Q allowed.
-    measure : str or None
-        By which measure; None means the default one.
-    """
-
-    fail_above: float | None = None
-    measure: str | None = None
-
-
-NO_GATES = Gates()
-
-
 class Study:
     """A mesh under examination, with all that several rules need, found once.
 
     Cells are numbered through all blocks. "Sound" cells have existing, different vertices
     with finite coordinates; only those of the top dimension are looked at by most rules.
     Coordinates are scaled by a power of two, which no rounding goes with.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    gates : Gates
+        Limits that the user sets.
+    tolerance : float, optional
+        Points nearer than this part of the extent of the mesh coincide, and a vertex nearer to
+        a facet than this part of its longest edge lies on it. Left out, both follow from the
+        precision of the coordinates.
     """
 
-    def __init__(self, mesh: Mesh, gates: Gates = NO_GATES) -> None:
+    def __init__(self, mesh: Mesh, gates: Gates = NO_GATES, tolerance: float | None = None) -> None:
         self.mesh = mesh
         self.gates = gates
+        self.tolerance = tolerance
+        self.touch = TOUCH if tolerance is None else tolerance
         raw = np.asarray(mesh.points)
         self.n_points = len(raw)
         self.eps = float(np.finfo(raw.dtype if raw.dtype.kind == "f" else float).eps)
@@ -128,7 +116,8 @@ class Study:
         largest = np.abs(points[self.used]).max(initial=0.0)
         # A stray point far away must not spoil the scale of all others.
         points = np.clip(points, -2 * largest, 2 * largest) if largest else points
-        self.points = np.ldexp(points, -int(np.frexp(largest)[1]))
+        self.exponent = int(np.frexp(largest)[1])
+        self.points = np.ldexp(points, -self.exponent)
         # Of the coordinates as the file has them, with what subtracting them adds.
         self.noise = 4 * self.eps * np.abs(self.points).max(axis=1, initial=0.0)
         self.offsets = np.cumsum([0] + [len(block.cells) for block in mesh.blocks])
@@ -199,20 +188,31 @@ class Study:
     @cached_property
     def facet_sets(self) -> list[FacetSet]:
         """Facets of the sound cells: edges in a mesh of dimension 2, faces in one of 3."""
-        parts: dict[int, list[tuple[Array, Array]]] = {}
-        for group in self.cell_sets:
-            for width, table in geometry.FACETS[group.family].items():
-                rows = np.take(group.cells, table, axis=1).reshape(-1, width)
-                parts.setdefault(width, []).append((rows, np.repeat(group.numbers, len(table))))
-        sets = []
-        for lists in parts.values():
-            rows, owners = _joined(lists)
-            ids = row_ids(rows, self.n_points)
-            order = np.argsort(ids, kind="stable")
-            ids = ids[order]
-            start = np.flatnonzero(np.concatenate([[True], ids[1:] != ids[:-1]])[: len(ids)])
-            sets.append(FacetSet(rows, owners, order, start, np.diff(start, append=len(ids))))
-        return sets
+        return facets_of(self.cell_sets, self.n_points)
+
+    @cached_property
+    def is_whole(self) -> bool:
+        """Whether all cells of the top dimension are sound, of types whose facets are known."""
+        n_sound = sum(len(group.numbers) for group in self.cell_sets)
+        top = [b for b in self.mesh.blocks if len(b.cells) and dimension_of(b.type) >= 2]
+        greatest = max((dimension_of(b.type) for b in top), default=-1)
+        return n_sound == sum(len(b.cells) for b in top if dimension_of(b.type) == greatest)
+
+    @cached_property
+    def distinct_sets(self) -> list[CellSet]:
+        """The sound cells without those that repeat an earlier one."""
+        later = self.duplicates[0]
+        if not len(later):
+            return self.cell_sets
+        kept = [(group, ~np.isin(group.numbers, later)) for group in self.cell_sets]
+        return [CellSet(g.family, g.cells[mask], g.numbers[mask]) for g, mask in kept]
+
+    @cached_property
+    def distinct_facets(self) -> list[FacetSet]:
+        """Facets of the cells that repeat no other."""
+        if self.distinct_sets is self.cell_sets:
+            return self.facet_sets
+        return facets_of(self.distinct_sets, self.n_points)
 
     @cached_property
     def plane(self) -> tuple[Array, Array, int] | None:
@@ -253,49 +253,7 @@ class Study:
     @cached_property
     def shape(self) -> Shape:
         """What the volumes, or the areas, of all sound cells say."""
-        inverted, partly, flat = np.zeros((3, self.n_cells), dtype=bool)
-        quads = np.zeros(self.n_cells, dtype=np.int64)
-        shape = Shape(inverted, partly, flat, quads, turned=False)
-        if self.dimension == 3:
-            return self._shape_of_solids(shape)
-        if self.plane is not None:
-            return self._shape_in_plane(shape)
-        for group in self.cell_sets:
-            shape.flat[group.numbers] = geometry.flat_in_space(self.points, self.noise, group.cells)
-        return shape
-
-    def _shape_of_solids(self, shape: Shape) -> Shape:
-        found = [
-            geometry.corner_volumes(self.points, self.noise, group.cells, group.family)
-            for group in self.cell_sets
-        ]
-        total = [np.where(flat, 0, volume).sum(axis=1) for volume, flat in found]
-        turned = any((t < 0).any() for t in total) and not any((t > 0).any() for t in total)
-        for group, (volume, flat), whole in zip(self.cell_sets, found, total, strict=True):
-            sign = -1 if turned else 1
-            negative = ((sign * volume < 0) & ~flat).any(axis=1)
-            shape.inverted[group.numbers] = negative
-            shape.partly[group.numbers] = negative & (sign * whole > 0)
-            shape.flat[group.numbers] = flat.any(axis=1) & ~negative
-        return replace(shape, turned=turned)
-
-    def _shape_in_plane(self, shape: Shape) -> Shape:
-        assert self.plane is not None
-        points, noise, normal = self.plane
-        found = [geometry.triangle_areas(points, noise, group.cells) for group in self.cell_sets]
-        families = {group.family for group in self.cell_sets if len(group.cells)}
-        # A plane of triangles may be seen from either side; a quad that runs clockwise in the
-        # plane of x and y is negative by definition (Figure 18.5).
-        below = sum(float(area.sum()) for area, _ in found) < 0
-        sign = -1 if below and not (normal == 2 and "quad" in families) else 1
-        for group, (area, flat) in zip(self.cell_sets, found, strict=True):
-            n_negative = ((sign * area < 0) & ~flat).sum(axis=1)
-            n_positive = ((sign * area > 0) & ~flat).sum(axis=1)
-            shape.inverted[group.numbers] = n_negative > n_positive
-            shape.flat[group.numbers] = flat.all(axis=1)
-            if group.family == "quad":
-                shape.quads[group.numbers] = _quad_cases(n_negative, n_positive)
-        return shape
+        return shape_of(self)
 
     @cached_property
     def duplicates(self) -> tuple[Array, Array]:
@@ -314,6 +272,32 @@ class Study:
         numbers = np.concatenate(later)
         order = np.argsort(numbers)
         return numbers[order], np.concatenate(earlier)[order]
+
+    @cached_property
+    def centred(self) -> Array:
+        """Points as seen from their middle, in the plane of a planar mesh."""
+        points = self.points if self.plane is None else self.plane[0]
+        return points - points[self.used].mean(axis=0) if self.used.any() else points
+
+    @cached_property
+    def contents(self) -> list[Array]:
+        """Signed volume, or area in the plane, of the cells of each of `distinct_sets`."""
+        return [geometry.contents(self.centred, g.cells, g.family) for g in self.distinct_sets]
+
+    @cached_property
+    def domain(self) -> Domain:
+        """The boundary of the mesh, and the cells that are missing."""
+        return domain_of(self)
+
+    @cached_property
+    def hanging(self) -> tuple[Array, Array]:
+        """Vertices that lie on a facet without being its vertices, and the cells of these."""
+        return contact.hanging_nodes(self)
+
+    @cached_property
+    def cracks(self) -> tuple[Array, Array]:
+        """Numbers of the cells of boundary facets that coincide."""
+        return contact.cracks(self)
 
     @cached_property
     def explained(self) -> Array:
@@ -335,42 +319,7 @@ class Study:
     @cached_property
     def first_points(self) -> Array:
         """The first point in the same place as each point, itself if there is no other."""
-        result = np.arange(self.n_points)
-        present = np.flatnonzero(self.finite)
-        points = self.points[present]
-        if not self.used[present].any():
-            return result
-        extent = norm_of_extent(self.points[present[self.used[present]]])
-        distance = max((1e-12 if self.eps < 1e-10 else 1e-7) * extent, float(self.noise.max()) / 2)
-        one, other = geometry.near_pairs(points, distance)
-        apart = geometry.norms(points[one] - points[other])
-        if apart.any():
-            # Fine meshes of wide domains have short edges: coincident means much shorter.
-            shortest = self._shortest_edges(np.concatenate([present[one], present[other]]))
-            limit = np.minimum(shortest[present[one]], shortest[present[other]]) / 10
-            keep = (apart == 0) | (apart <= limit)
-            one, other = one[keep], other[keep]
-        first = geometry.first_of(len(present), one, other)
-        # Stray points in one place are only unused, as long as no cell has a vertex there.
-        matters = np.zeros(len(present), dtype=bool)
-        matters[first[self.used[present]]] = True
-        first = np.where(matters[first], first, np.arange(len(first)))
-        result[present] = present[first]
-        return result
-
-    def _shortest_edges(self, wanted: Array) -> Array:
-        """Least distance of points to a vertex of a cell they are in, infinite for the rest."""
-        result = np.full(self.n_points, np.inf)
-        is_wanted = np.zeros(self.n_points, dtype=bool)
-        is_wanted[wanted] = True
-        for group in self.cell_sets:
-            cells = group.cells[is_wanted[group.cells].any(axis=1)]
-            for i in range(cells.shape[1]):
-                for j in range(i):
-                    length = geometry.norms(self.points[cells[:, i]] - self.points[cells[:, j]])
-                    np.minimum.at(result, cells[:, i], length)
-                    np.minimum.at(result, cells[:, j], length)
-        return result
+        return first_points(self)
 
     def corners_of(self, numbers: Array) -> Array:
         """Corners of sound cells, (n, 8) int64, -1 where there are fewer."""
@@ -388,16 +337,29 @@ class Study:
         return np.where(numbers[..., None] < 0, -1, found)
 
 
+def facets_of(cell_sets: list[CellSet], n_points: int) -> list[FacetSet]:
+    """The facets of some cells, by their number of vertices."""
+    parts: dict[int, list[tuple[Array, Array]]] = {}
+    for group in cell_sets:
+        for width, table in geometry.FACETS[group.family].items():
+            rows = np.take(group.cells, table, axis=1).reshape(-1, width)
+            parts.setdefault(width, []).append((rows, np.repeat(group.numbers, len(table))))
+    sets = []
+    for lists in parts.values():
+        rows, owners = _joined(lists)
+        ids = row_ids(rows, n_points)
+        order = np.argsort(ids, kind="stable")
+        ids = ids[order]
+        start = np.flatnonzero(np.concatenate([[True], ids[1:] != ids[:-1]])[: len(ids)])
+        sets.append(FacetSet(rows, owners, order, start, np.diff(start, append=len(ids))))
+    return sets
+
+
 def _joined(parts: list[tuple[Array, Array]]) -> tuple[Array, Array]:
     """Pairs of arrays, one after the other; the most common single pair is not copied."""
     if len(parts) == 1:
         return parts[0]
     return np.concatenate([one for one, _ in parts]), np.concatenate([two for _, two in parts])
-
-
-def norm_of_extent(points: Array) -> float:
-    """Diagonal of the bounding box."""
-    return float(geometry.norms(np.ptp(points, axis=0)))
 
 
 def _in_doubt(cells: Array) -> Array:
@@ -409,12 +371,3 @@ def _in_doubt(cells: Array) -> Array:
     order = np.argsort(total, kind="stable")
     same = np.flatnonzero(np.diff(total[order]) == 0)
     return np.unique(np.concatenate([order[same], order[same + 1]]))
-
-
-def _quad_cases(n_negative: Array, n_positive: Array) -> Array:
-    """0, or 1 + the message of M104, from the signs of the four areas (Figure 18.5)."""
-    least = np.minimum(n_negative, n_positive)
-    n_zero = 4 - n_negative - n_positive
-    crossed = (least == 2) | ((least == 1) & (n_zero == 2))
-    degenerate = (least == 0) & (n_zero > 0) & (n_zero < 4)
-    return np.select([crossed, least == 1, degenerate], [2, 1, 3], 0)

@@ -1,0 +1,110 @@
+"""Options of `check` from a file: `[check]` in meshopt.toml, `[tool.meshopt.check]` in
+pyproject.toml, whichever is nearest to the working directory."""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..errors import ConfigError
+
+# Where the table stands in each file.
+FILES = {"meshopt.toml": ("check",), "pyproject.toml": ("tool", "meshopt", "check")}
+# Options of the command line that say what to do, not what is allowed.
+NOT_KEYS = {"explain", "quiet", "verbose", "mark", "help", "no_config", "meshes"}
+
+
+def find(folder: Path) -> tuple[Path, dict[str, Any]] | None:
+    """The nearest file with a table for `check`, from a folder upwards, and that table.
+
+    Raises
+    ------
+    ConfigError
+        A file on the way cannot be read, or is not TOML.
+    """
+    for place in (folder, *folder.parents):
+        for name, keys in FILES.items():
+            path = place / name
+            if not path.is_file():
+                continue
+            table = _table(path, keys)
+            if table is not None:
+                return path, table
+    return None
+
+
+def _table(path: Path, keys: tuple[str, ...]) -> dict[str, Any] | None:
+    try:
+        value: Any = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "is not UTF-8 text"
+        raise ConfigError(f"{path}: {reason}") from error
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(f"{path}: not valid TOML: {error}") from error
+    for key in keys:
+        value = value.get(key) if isinstance(value, dict) else None
+    if value is not None and not isinstance(value, dict):
+        raise ConfigError(f"{path}: [{'.'.join(keys)}] must be a table")
+    return value
+
+
+def defaults(command: click.Command, ctx: click.Context, folder: Path) -> dict[str, Any]:
+    """What the nearest file says, as defaults of the options of a command.
+
+    Raises
+    ------
+    ConfigError
+        A key that is no option, or a value that the option does not take: names file and key.
+    """
+    found = find(folder)
+    if found is None:
+        return {}
+    path, table = found
+    options = {
+        option.opts[-1].removeprefix("--"): option
+        for option in command.params
+        if isinstance(option, click.Option) and option.name not in NOT_KEYS
+    }
+    values = {}
+    for key, value in table.items():
+        if key not in options:
+            close = difflib.get_close_matches(key, options, 1)
+            hint = f"did you mean {close[0]!r}?" if close else f"known are {', '.join(options)}"
+            raise ConfigError(f"{path}: check has no key {key!r}: {hint}")
+        name, converted = _converted(ctx, path, key, options[key], value)
+        values[name] = converted
+    return values
+
+
+def _converted(
+    ctx: click.Context, path: Path, key: str, option: click.Option, value: Any
+) -> tuple[str, Any]:
+    wrong = ConfigError(f"{path}: {key} has a value of a wrong kind: {value!r}")
+    if isinstance(value, dict) or (option.is_flag != isinstance(value, bool)):
+        raise wrong
+    if isinstance(value, list):
+        if not all(isinstance(one, str) for one in value):
+            raise wrong
+        # Lists of codes are written with commas on the command line.
+        value = value if option.multiple else ",".join(value)
+    elif option.multiple:
+        value = [value]
+    try:
+        option.type_cast_value(ctx, value)
+    except click.BadParameter as error:
+        raise ConfigError(f"{path}: {key}: {error.message}") from None
+    return str(option.name), value
+
+
+class Configured(click.Command):
+    """A command whose options have their defaults in a file."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Look for the file before the options are parsed, which win over it."""
+        if not {"--no-config", "-h", "--help"} & set(args):
+            ctx.default_map = defaults(self, ctx, Path.cwd())
+        return super().parse_args(ctx, args)

@@ -1,0 +1,133 @@
+"""The check of many files: what there is to do for each, and in which process."""
+
+from __future__ import annotations
+
+import glob
+import os
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..errors import EXIT_BAD_MESH, EXIT_DONE, EXIT_FILES, MeshoptError, ReadError
+from ..report.verdict import Verdict
+from ..validity import Gates, Report, check, choose
+from .findings import verdict_on
+from .terminal import set_up_log
+
+# Files smaller than this together are not worth another process.
+SMALL = 4 << 20
+
+
+@dataclass(frozen=True)
+class Task:
+    """What to look for in every file, and how much to tell."""
+
+    select: tuple[str, ...]
+    ignore: tuple[str, ...]
+    extend: tuple[str, ...]
+    gates: Gates
+    tolerance: float | None
+    limit: int | None
+    mark: Path | None
+    verbosity: int
+
+    @property
+    def checked(self) -> tuple[str, ...]:
+        """Codes of the rules that are looked for."""
+        extend = (*self.extend, *self.gates.codes)
+        return tuple(rule.code for rule in choose(self.select, self.ignore, extend))
+
+
+def files_in(paths: tuple[Path, ...]) -> list[Path]:
+    """The files that paths stand for: those of folders, and those that patterns match.
+
+    Raises
+    ------
+    ReadError
+        A folder without meshes, or a pattern that nothing matches.
+    """
+    from ..formats import FORMATS
+
+    extensions = {extension for row in FORMATS.values() for extension in row.extensions}
+    found: dict[Path, None] = {}
+    for path in paths:
+        if path.is_dir():
+            inside = sorted(p for p in path.rglob("*") if p.suffix.lower() in extensions)
+            inside = [p for p in inside if p.is_file()]
+            if not inside:
+                raise ReadError(f"{path}: the folder holds no mesh file")
+        elif glob.has_magic(str(path)) and not path.exists():
+            inside = [Path(name) for name in sorted(glob.glob(str(path), recursive=True))]
+            inside = [p for p in inside if p.is_file()]
+            if not inside:
+                raise ReadError(f"{path}: no file matches")
+        else:
+            inside = [path]
+        found.update(dict.fromkeys(inside))
+    return list(found)
+
+
+def examine(path: Path, task: Task) -> Verdict:
+    """Read one file and look for all that makes it invalid."""
+    from .. import formats
+
+    checked = task.checked
+    try:
+        mesh, source = formats.read(path)
+    except MeshoptError as error:
+        return Verdict(str(path), error.exit_status, error=str(error))
+    try:
+        report: Report = check(
+            mesh,
+            task.select,
+            task.ignore,
+            task.gates,
+            extend=task.extend,
+            tolerance=task.tolerance,
+        )
+        if task.mark is not None:
+            from .marking import write_marks
+
+            write_marks(task.mark, source, mesh, report)
+    except MeshoptError as error:
+        text = str(error) if task.mark and str(task.mark) in str(error) else f"{path}: {error}"
+        return Verdict(str(path), error.exit_status, error=text)
+    status, error_text = (EXIT_DONE if report.is_valid else EXIT_BAD_MESH), ""
+    if mesh.dimension() < 2:
+        status, error_text = EXIT_BAD_MESH, f"{path}: no triangles or tetrahedra to check"
+    return verdict_on(path, source, mesh, report, status, checked, task.limit, error_text)
+
+
+def examine_all(paths: list[Path], task: Task, jobs: int | None) -> Iterator[Verdict]:
+    """Verdicts on all files in their order, from as many processes as it is worth."""
+    n_processes = min(_jobs(paths) if jobs is None else jobs, len(paths))
+    if n_processes <= 1:
+        yield from (examine(path, task) for path in paths)
+        return
+    pool = ProcessPoolExecutor(n_processes, initializer=set_up_log, initargs=(task.verbosity,))
+    try:
+        pending = [(path, pool.submit(examine, path, task)) for path in paths]
+        for path, future in pending:
+            try:
+                yield future.result()
+            except BrokenProcessPool:
+                text = f"{path}: the process that checked it was killed: try --jobs 1"
+                yield Verdict(str(path), EXIT_FILES, error=text)
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _jobs(paths: list[Path]) -> int:
+    total = 0
+    for path in paths:
+        try:
+            total += path.stat().st_size
+        except OSError:
+            continue
+    if len(paths) < 2 or total < SMALL:
+        return 1
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

@@ -1,0 +1,42 @@
+"""What cells and points are made of: M0xx."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..model import ERROR, Places, at_cells, rule
+from ..study import Study
+
+
+@rule(
+    "M001",
+    ERROR,
+    "coordinate not finite",
+    explanation="A coordinate of a point is infinite or not a number.",
+    fix="Find out what wrote the point: most often a division by zero or a failed export.",
+)
+def find_not_finite(study: Study) -> Places:
+    return Places(("a coordinate is not finite",), points=np.flatnonzero(~study.finite))
+
+
+@rule(
+    "M002",
+    ERROR,
+    "vertex number out of range",
+    explanation="A cell names a point that the file does not hold.",
+    fix="Write the file again; check whether its vertices are counted from 0 or from 1.",
+)
+def find_out_of_range(study: Study) -> Places:
+    return at_cells(study, study.out_of_range, "a vertex number is out of range")
+
+
+@rule(
+    "M003",
+    ERROR,
+    "vertex repeated in a cell",
+    explanation="A cell has the same vertex at two of its corners.",
+    fix="Remove the cell, or write it as the simpler type that it really is.",
+)
+def find_repeated(study: Study) -> Places:
+    repeated = study.repeated & ~study.out_of_range
+    return at_cells(study, repeated, "a vertex is repeated in the cell")

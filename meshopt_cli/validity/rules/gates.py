@@ -1,0 +1,145 @@
+"""Limits that the user sets: M4xx."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...errors import ConfigError
+from ...mesh import TAG_NAMES, Array
+from ..limits import POWERS, Limit, measured
+from ..model import ERROR, WARNING, Places, at_cells, rule
+from ..study import Study
+
+
+def _nowhere() -> Places:
+    return Places(("",), cells=np.empty((0, 2), np.int64))
+
+
+@rule(
+    "M401",
+    ERROR,
+    "cell worse than --fail-above",
+    explanation="The Q of the cell is above the limit that was set.",
+    source="18.2.1",
+    fix="Optimize the mesh, or mesh anew where the boundary forces bad cells.",
+)
+def find_worse(study: Study) -> Places:
+    if study.gates.fail_above is None:
+        return _nowhere()
+    from ...quality import DEFAULT_MEASURE, measure_named
+
+    measure = measure_named(study.gates.measure or DEFAULT_MEASURE)
+    limit = Limit(measure.name, False, study.gates.fail_above, code="M401")
+    return _beyond(study, [limit], lambda _: f"Q above {study.gates.fail_above:g}")
+
+
+@rule(
+    "M402",
+    ERROR,
+    "angle beyond a limit",
+    explanation="An angle of the cell is beyond --min-angle or --max-angle.",
+    source="Definition 18.1",
+    fix="Optimize with --measure angle-min or angle-max, or mesh anew around the cell.",
+)
+def find_angles(study: Study) -> Places:
+    return _beyond(study, _limits(study, "M402"))
+
+
+@rule(
+    "M403",
+    ERROR,
+    "size below a limit",
+    explanation="The shortest edge of the cell is below --min-size.",
+    source="18.3.1",
+    fix="Optimize with the pass collapse, or mesh anew with a larger size.",
+)
+def find_small(study: Study) -> Places:
+    return _beyond(study, _limits(study, "M403"))
+
+
+@rule(
+    "M404",
+    ERROR,
+    "cell beyond another gate",
+    explanation="The cell is beyond a limit set by --gate or --max-aspect.",
+    source="18.2.2",
+    fix="Optimize by the measure that the gate is put on, or mesh anew around the cell.",
+)
+def find_beyond(study: Study) -> Places:
+    return _beyond(study, _limits(study, "M404"))
+
+
+@rule(
+    "M405",
+    WARNING,
+    "obtuse angle",
+    explanation="A triangle has an angle, or a tetrahedron a dihedral angle, above 90 degrees.",
+    source="Definition 18.10",
+    fix="Relocate or swap around it; finite volumes are exact on meshes without such angles only.",
+    on_request=True,
+)
+def find_obtuse(study: Study) -> Places:
+    # As much as rounding may add to a right angle.
+    right = 90.0 + 1e-6
+    limits = [Limit(name, False, right) for name in ("corner-max", "dihedral-max")]
+    families = ("triangle", "tetra")
+    return _beyond(study, limits, lambda _: "an angle of the cell is obtuse", families)
+
+
+def _limits(study: Study, code: str) -> list[Limit]:
+    return [limit for limit in study.gates.limits if limit.code == code]
+
+
+def _beyond(study: Study, limits: list[Limit], message=None, families=()) -> Places:
+    """The cells beyond each of some limits, with one message a limit."""
+    points = study.points if study.plane is None or study.in_two else study.flat_points
+    numbers, kinds = [np.empty(0, np.int64)], [np.empty(0, np.int64)]
+    for kind, limit in enumerate(limits):
+        chosen = None if limit.region is None else _cells_in(study, limit.region)
+        power = study.dimension if limit.quantity == "content" else POWERS.get(limit.quantity, 0)
+        for group in study.cell_sets:
+            if families and group.family not in families:
+                continue
+            values = measured(limit.quantity, points, group.cells, group.family)
+            if values is None:
+                continue
+            values = np.ldexp(values, power * study.exponent)
+            beyond = values < limit.value if limit.is_least else values > limit.value
+            if chosen is not None:
+                beyond &= chosen[group.numbers]
+            numbers.append(group.numbers[beyond])
+            kinds.append(np.full(int(beyond.sum()), kind))
+    say = message or (lambda limit: f"the cell breaks {limit}")
+    found = np.concatenate(numbers)
+    order = np.argsort(found, kind="stable")
+    messages = tuple(say(limit) for limit in limits) or ("",)
+    return at_cells(study, found[order], *messages, kinds=np.concatenate(kinds)[order])
+
+
+def _cells_in(study: Study, region: str) -> Array:
+    """Mask of the cells of a region, by its name or by a tag.
+
+    Raises
+    ------
+    ConfigError
+        The mesh has no such region.
+    """
+    inside = np.zeros(study.n_cells, dtype=bool)
+    named = study.mesh.names.get(region)
+    arrays: tuple[str, ...] = TAG_NAMES
+    if named is not None:
+        wanted, arrays = int(named[0]), ("gmsh:physical",)
+    elif region.lstrip("-").isdigit():
+        wanted = int(region)
+    else:
+        known = ", ".join(study.mesh.names) or "none has a name"
+        raise ConfigError(f"no region {region!r} to put a gate on: {known}")
+    for block, first in zip(study.mesh.blocks, study.offsets, strict=False):
+        for name in arrays:
+            values = block.data.get(name)
+            if values is not None and values.ndim == 1:
+                inside[first : first + len(block.cells)] |= values == wanted
+                break
+    if not inside.any():
+        raise ConfigError(f"no cell is in the region {region!r} that a gate is put on")
+    return inside

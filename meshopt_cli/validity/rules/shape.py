@@ -1,0 +1,72 @@
+"""The shape of single cells: M1xx."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..model import ERROR, Places, at_cells, rule
+from ..study import Study
+
+
+@rule(
+    "M101",
+    ERROR,
+    "inverted cell",
+    explanation="A cell, or a corner of it, has a negative volume, or area in the plane.",
+    source="18.1.1, 18.1.2",
+    fix="Untangle: optimize moves and swaps inverted cells if their neighbours allow it.",
+)
+def find_inverted(study: Study) -> Places:
+    numbers = np.flatnonzero(study.shape.inverted)
+    return at_cells(
+        study,
+        numbers,
+        "the cell is inverted",
+        "the cell is inverted at a corner",
+        kinds=study.shape.partly[numbers].astype(np.int64),
+    )
+
+
+@rule(
+    "M102",
+    ERROR,
+    "flat cell",
+    explanation="A cell, or a corner of a 3-D cell, has no volume, or area, for its size.",
+    source="Remark 18.3",
+    fix="Optimize: swaps and collapses remove flat cells; or remove them where they were added.",
+)
+def find_flat(study: Study) -> Places:
+    return at_cells(study, study.shape.flat, "the cell is flat")
+
+
+@rule(
+    "M103",
+    ERROR,
+    "the whole mesh has the other orientation",
+    explanation="Every cell has a negative volume: the vertices are listed the other way round.",
+    source="18.1.2",
+    fix="Let optimize turn all cells, or change the order of vertices where the file is written.",
+)
+def find_turned(study: Study) -> Places:
+    n = 1 if study.shape.turned else 0
+    return Places(("every cell has the other orientation",), cells=np.full((n, 2), -1))
+
+
+@rule(
+    "M104",
+    ERROR,
+    "quad not convex",
+    explanation="A quad in the plane is not convex, intersects itself, or is degenerate.",
+    source="18.1.3, Figure 18.5",
+    fix="Smooth the mesh, or split the quad in two triangles.",
+)
+def find_bad_quads(study: Study) -> Places:
+    numbers = np.flatnonzero(study.shape.quads)
+    return at_cells(
+        study,
+        numbers,
+        "the quad is not convex",
+        "the quad intersects itself",
+        "the quad is degenerate: two consecutive sides are aligned",
+        kinds=study.shape.quads[numbers] - 1,
+    )

@@ -1,0 +1,83 @@
+"""What the volumes and areas of the cells of a study say about their shape."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from . import geometry
+from .geometry import Array
+
+if TYPE_CHECKING:
+    from .study import Study
+
+
+@dataclass(frozen=True)
+class Shape:
+    """What the volumes of the cells say: masks over the numbers of all cells."""
+
+    inverted: Array
+    partly: Array  # inverted at a corner, but positive on the whole
+    flat: Array
+    quads: Array  # int64: 0, or 1 + the message of M104
+    turned: bool  # the whole mesh has the other orientation
+
+
+def shape_of(study: Study) -> Shape:
+    """What the volumes, or the areas, of all sound cells say."""
+    inverted, partly, flat = np.zeros((3, study.n_cells), dtype=bool)
+    quads = np.zeros(study.n_cells, dtype=np.int64)
+    shape = Shape(inverted, partly, flat, quads, turned=False)
+    if study.dimension == 3:
+        return _shape_of_solids(study, shape)
+    if study.plane is not None:
+        return _shape_in_plane(study, shape)
+    for group in study.cell_sets:
+        shape.flat[group.numbers] = geometry.flat_in_space(study.points, study.noise, group.cells)
+    return shape
+
+
+def _shape_of_solids(study: Study, shape: Shape) -> Shape:
+    found = [
+        geometry.corner_volumes(study.points, study.noise, group.cells, group.family)
+        for group in study.cell_sets
+    ]
+    total = [np.where(flat, 0, volume).sum(axis=1) for volume, flat in found]
+    turned = any((t < 0).any() for t in total) and not any((t > 0).any() for t in total)
+    for group, (volume, flat), whole in zip(study.cell_sets, found, total, strict=True):
+        sign = -1 if turned else 1
+        negative = ((sign * volume < 0) & ~flat).any(axis=1)
+        shape.inverted[group.numbers] = negative
+        shape.partly[group.numbers] = negative & (sign * whole > 0)
+        shape.flat[group.numbers] = flat.any(axis=1) & ~negative
+    return replace(shape, turned=turned)
+
+
+def _shape_in_plane(study: Study, shape: Shape) -> Shape:
+    assert study.plane is not None
+    points, noise, normal = study.plane
+    found = [geometry.triangle_areas(points, noise, group.cells) for group in study.cell_sets]
+    families = {group.family for group in study.cell_sets if len(group.cells)}
+    # A plane of triangles may be seen from either side; a quad that runs clockwise in the
+    # plane of x and y is negative by definition (Figure 18.5).
+    below = sum(float(area.sum()) for area, _ in found) < 0
+    sign = -1 if below and not (normal == 2 and "quad" in families) else 1
+    for group, (area, flat) in zip(study.cell_sets, found, strict=True):
+        n_negative = ((sign * area < 0) & ~flat).sum(axis=1)
+        n_positive = ((sign * area > 0) & ~flat).sum(axis=1)
+        shape.inverted[group.numbers] = n_negative > n_positive
+        shape.flat[group.numbers] = flat.all(axis=1)
+        if group.family == "quad":
+            shape.quads[group.numbers] = _quad_cases(n_negative, n_positive)
+    return shape
+
+
+def _quad_cases(n_negative: Array, n_positive: Array) -> Array:
+    """0, or 1 + the message of M104, from the signs of the four areas (Figure 18.5)."""
+    least = np.minimum(n_negative, n_positive)
+    n_zero = 4 - n_negative - n_positive
+    crossed = (least == 2) | ((least == 1) & (n_zero == 2))
+    degenerate = (least == 0) & (n_zero > 0) & (n_zero < 4)
+    return np.select([crossed, least == 1, degenerate], [2, 1, 3], 0)
