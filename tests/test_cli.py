@@ -181,7 +181,7 @@ BAD_MESHES = {
                      3, "tetra10"),
     "surface": (octahedron, 3, "plane"),
     "hexes_and_tets": (lambda: mesh([*hex_grid(1).points, *(np.eye(4, 3) + 2)],
-                                    hexahedron=hex_grid(1).blocks[0].cells, tetra=[[3, 0, 1, 2]]),
+                                    hexahedron=hex_grid(1).blocks[0].cells, tetra=[[11, 8, 9, 10]]),
                        3, "hexahedron"),
     "lines": (lambda: mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], line=[[0, 1], [1, 2]]), 1, "lines"),
     "points": (lambda: mesh([[0, 0, 0], [1, 0, 0]], vertex=[[0], [1]]), 1, "points"),
