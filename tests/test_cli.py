@@ -387,14 +387,41 @@ def test_a_file_that_cannot_be_read(meshopt, tmp_path, command, what):
 
 
 @every_bad_mesh
-@pytest.mark.parametrize("command", ["optimize", "report"])
-def test_a_mesh_that_is_of_no_use(meshopt, tmp_path, command, name):
+def test_a_mesh_that_is_of_no_use(meshopt, tmp_path, name):
     path, status, said = bad_mesh(tmp_path, name)
     with untouched(tmp_path):
-        ran = meshopt(command, path, *([tmp_path / "out.vtu"] if command == "optimize" else []))
+        ran = meshopt("optimize", path, tmp_path / "out.vtu")
     assert (ran.status, ran.out) == (status, "")
     assert str(path) in ran.complaint
     assert said in ran.complaint
+
+
+@pytest.mark.parametrize("name", ["quads", "lines", "points"])
+def test_a_mesh_without_simplices_has_no_report(meshopt, tmp_path, name):
+    path, status, said = bad_mesh(tmp_path, name)
+    ran = meshopt("report", path)
+    assert (ran.status, ran.out) == (status, "")
+    assert str(path) in ran.complaint
+    assert said in ran.complaint
+
+
+# What can be measured of a mesh that cannot be optimized: cells, vertices, what is said.
+MEASURED = {"second_order": (1, 4, "corners"), "surface": (8, 6, "own plane"),
+            "hexes_and_tets": (1, 4, "1 cells of type hexahedron")}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", MEASURED)
+def test_a_report_says_what_it_can(meshopt, tmp_path, name):
+    path, _, _ = bad_mesh(tmp_path, name)
+    n_cells, n_points, said = MEASURED[name]
+    ran = meshopt("report", path, "--format", "json")
+    assert ran.status == 0
+    assert said in ran.complaint
+    before = strict(ran.out)["before"]
+    assert (before["ne"], before["np"]) == (n_cells, n_points)
+    if name == "surface":  # equilateral triangles
+        assert before["worst"] == pytest.approx(1)
+        assert before["angle_min"] == pytest.approx(60)
 
 
 @pytest.mark.parametrize(
