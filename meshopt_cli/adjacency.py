@@ -108,6 +108,17 @@ def boundary_facets(cells: Array, beyond: Array) -> Array:
     return facets(cells)[beyond.ravel() < 0]
 
 
+def edges_of_triangles(triangles: Array) -> Array:
+    """The three edges of each triangle, (3 n, 2), those of a mesh twice."""
+    return triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+
+
+def edges_with_opposite(tets: Array) -> tuple[Array, Array]:
+    """The six edges of each tet, (6 n, 2), and the edge opposite each."""
+    pairs = tets[:, TET_EDGES].reshape(-1, 4)
+    return pairs[:, :2], pairs[:, 2:]
+
+
 def edges(cells: Array, n_points: int) -> Array:
     """Every edge once, (n, 2), sorted."""
     ends = cells[:, edge_table(cells)].reshape(-1, 2)

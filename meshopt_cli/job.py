@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import logging
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from . import adjacency, validity
+from . import validity
 from .errors import BadMeshError, InvariantError, UnsupportedMeshError
 from .mesh import (
     Mesh,
-    Simplices,
     cast,
     main_type,
     with_positive_tets,
@@ -20,15 +19,14 @@ from .mesh import (
 )
 from .passes import Observer
 from .pipeline import Outcome, Pipeline
-from .quality import MEASURES, Measure, Summary, summarize
+from .proof import prove, prove_slide, prove_volumes
+from .quality import MEASURES, Measure, Summary, forced_angles, summarize
+from .sliding import find, redeclared
 from .transfer import carry
 from .workspace import Workspace
 
 Array = np.ndarray
 log = logging.getLogger("meshopt")
-
-# Volume of a region may change by rounding only: this part of the volume of the mesh.
-VOLUME_TOLERANCE = 1e-9
 
 # Extents of a mesh between which the sixth power of a length is a number.
 EXTENTS = 1e-40, 1e40
@@ -68,15 +66,20 @@ def optimize(
     observer: Observer | None = None,
     with_all_measures: bool = False,
     with_data: bool = True,
+    slide: float | None = None,
 ) -> Result:
     """Optimize a mesh; the input is left as it is.
 
     Parameters
     ----------
     with_all_measures : bool
-        Whether the summaries tell the worst Q by every measure, which takes a while.
+        Whether the summaries tell the worst Q by every measure, and the angles that the boundary
+        forces, which takes a while.
     with_data : bool
         Whether the arrays of the mesh go along; its tags do in any case.
+    slide : float, optional
+        Let the boundary be worked on where it is plane or straight within this tolerance; without
+        it, the boundary stays exactly as it is.
 
     Raises
     ------
@@ -94,21 +97,31 @@ def optimize(
     source = cast(mesh)
     others = tuple(MEASURES.values()) if with_all_measures else ()
     before = summarize(source, measure, others)
-    outcome = pipeline.run(Workspace(source, measure.code, before.target), observer)
+    sliding = None if slide is None else find(mesh, source, slide)
+    work = Workspace(source, measure.code, before.target, slide=sliding)
+    outcome = pipeline.run(work, observer)
     if tangle and outcome.work.standing().worst <= 0.0:
         raise InvalidMeshError("it could not be untangled: nothing written", mesh, tangle)
     worked, origin = outcome.work.result()
     result = with_simplices(mesh, worked, origin, source)
+    if sliding is not None:
+        result, patch = redeclared(mesh, result, sliding, worked, origin)
+        prove_slide(source, worked, sliding, patch, origin)
     if tangle and not validity.check(result).is_valid:
         raise InvalidMeshError("untangling leaves it invalid: nothing written", mesh, tangle)
     result, lost = carry(mesh, result, source, origin, with_data)
     if lost:
         log.warning("arrays that do not follow the cells are dropped: %s", ", ".join(lost))
     final = cast(result)
-    after = summarize(final, measure, others, before.target)
+    after = summarize(final, measure, others, before.target if sliding is None else None)
     if after.n_invalid or after.worst > before.worst * (1 + 1e-6):
         raise InvariantError(f"the worst Q rose from {before.worst} to {after.worst}")
-    prove(source, final, mesh.points, result.points, origin)
+    if with_all_measures:
+        forced = forced_angles(source)
+        before, after = replace(before, forced=forced), replace(after, forced=forced)
+    if sliding is None:
+        prove(source, final, mesh.points, result.points, origin)
+    prove_volumes(source, final, slide or 0.0)
     return Result(result, measure, before, after, outcome, time.perf_counter() - start)
 
 
@@ -184,48 +197,3 @@ def sound(mesh: Mesh, untangles: bool) -> tuple[Mesh, validity.Report | None]:
         log.warning("the mesh has inverted or flat cells: they are to be untangled")
         return mesh, report
     raise InvalidMeshError(_not_valid(report), mesh, report)
-
-
-def prove(
-    before: Simplices,
-    after: Simplices,
-    points_before: Array,
-    points_after: Array,
-    origin: Array,
-) -> None:
-    """Compare the domain of a result, as it will be written, with that of the input.
-
-    Parameters
-    ----------
-    points_before, points_after : (np, 2 or 3) array
-        As the files have them.
-    origin : (np',) int64
-        The point of the input that each point of the result was, -1 for a new one.
-
-    Raises
-    ------
-    InvariantError
-        The boundary or an interface changed, or the volume of a region.
-    """
-    n_points = len(before.points)
-    skin = adjacency.canonical(before.skin, n_points)
-    if not np.array_equal(skin, adjacency.canonical(origin[after.skin], n_points)):
-        raise InvariantError("the facets of the boundary or of an interface changed")
-    skin = np.unique(before.skin)
-    number = np.full(len(before.points), -1)
-    number[origin[origin >= 0]] = np.flatnonzero(origin >= 0)
-    if not np.array_equal(points_before[skin], points_after[number[skin]]):
-        raise InvariantError("a vertex of the boundary moved")
-    old, new = _volumes(before), _volumes(after)
-    if len(old) != len(new) or np.any(np.abs(old - new) > VOLUME_TOLERANCE * old.sum()):
-        raise InvariantError("the volume of a region changed")
-
-
-def _volumes(mesh: Simplices) -> Array:
-    """Volume of each region."""
-    corners = mesh.points[mesh.cells] - mesh.points[mesh.cells[:, :1]]
-    if mesh.dimension == 2:
-        volume = np.cross(corners[:, 1], corners[:, 2])[:, 2] / 2.0
-    else:
-        volume = np.einsum("ij,ij->i", np.cross(corners[:, 1], corners[:, 2]), corners[:, 3]) / 6.0
-    return np.bincount(mesh.region, weights=volume)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from . import adjacency
 from .errors import ConfigError
 from .kernels import measures as codes
 from .kernels.target import best_over_face, estimate_targets
@@ -97,6 +98,7 @@ class Summary:
     angle_min: float  # degrees; dihedral angles in 3-D
     angle_max: float
     worst_by_measure: dict[str, float] = field(default_factory=dict)
+    forced: tuple[float, float] | None = None  # see `forced_angles`; None where not asked for
 
     @property
     def equation(self) -> str:
@@ -154,6 +156,46 @@ def target(simplices: Simplices, measure: Measure) -> float:
             i, j, k = (int(v) for v in faces[row])
             worst = min(worst, best_over_face(measure.code, simplices.points, i, j, k))
     return 1.0 / worst if 0.0 < worst < math.inf else math.inf
+
+
+def forced_angles(simplices: Simplices) -> tuple[float, float]:
+    """The least dihedral angle that the boundary lets be exceeded nowhere, and the greatest.
+
+    They follow from the worst boundary face, as `target` does, and from the sharpest edge of the
+    boundary or of an interface, which no tetrahedron there can have a greater angle at.
+
+    Returns
+    -------
+    least, greatest : float
+        Degrees: no mesh has all angles above the one, nor all below the other. 0 and 180 set
+        no limit.
+    """
+    if simplices.dimension == 2:
+        return 60.0, 60.0
+    regular = math.degrees(codes.REGULAR_ANGLE_3)
+    least = regular / target(simplices, MEASURES["angle-min"])
+    greatest = 180.0 - (180.0 - regular) / target(simplices, MEASURES["angle-max"])
+    return min(least, _sharpest_edge(simplices)), greatest
+
+
+def _sharpest_edge(simplices: Simplices) -> float:
+    """Least angle in degrees between two facets of the skin that one region has at an edge."""
+    n_points = len(simplices.points)
+    on_skin = adjacency.row_keys(adjacency.edges_of_triangles(simplices.skin), n_points)
+    ends, opposite = adjacency.edges_with_opposite(simplices.cells)
+    region = np.repeat(simplices.region, 6)
+    keys = adjacency.row_keys(ends, n_points)
+    here = np.isin(keys, on_skin)
+    a, b = (simplices.points[ends[here, k]] for k in (0, 1))
+    along = (b - a) / np.linalg.norm(b - a, axis=1, keepdims=True)
+    sides = []
+    for k in (0, 1):
+        side = simplices.points[opposite[here, k]] - a
+        sides.append(side - np.einsum("ij,ij->i", side, along)[:, None] * along)
+    sine = np.linalg.norm(np.cross(*sides), axis=1)
+    angles = np.degrees(np.arctan2(sine, np.einsum("ij,ij->i", *sides)))
+    _, group = np.unique(np.stack([keys[here], region[here]]), axis=1, return_inverse=True)
+    return float(np.bincount(group.ravel(), weights=angles).min())
 
 
 def _shapes(triangles: Array) -> Array:

@@ -18,6 +18,7 @@ from .kernels._jit import CACHE_ROOT, is_compiled
 from .kernels.audit import audit
 from .kernels.classify import TetType
 from .kernels.collapse import Collapse, sweep_collapse
+from .kernels.constrained import sweep_constrained
 from .kernels.flip import sweep_flip
 from .kernels.mend import Mending, sweep_mend
 from .kernels.relax import sweep_relax
@@ -72,7 +73,9 @@ def compile_collapse(work: Workspace) -> None:
 
 
 def compile_split(work: Workspace) -> None:
-    sweep_split(work.mesh, NOTHING, 0, 0.0, work.scratch, no_counts())
+    mesh, scratch = work.mesh, work.scratch
+    sweep_split(mesh, NOTHING, 0, 0.0, scratch, no_counts())
+    sweep_constrained(mesh, NOTHING, mesh.fixed.copy(), 0.0, 0, scratch, no_counts())
 
 
 def compile_mend(work: Workspace) -> None:

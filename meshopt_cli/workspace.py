@@ -20,12 +20,14 @@ from .kernels.types import (
     MAX_SHELL,
     N_CELLS,
     N_FREE,
+    N_POINTS,
     Journal,
     Scratch,
     SimplexMesh,
 )
 from .mesh import Simplices
 from .ordering import hilbert
+from .sliding import Slide
 
 Array = np.ndarray
 
@@ -67,13 +69,20 @@ class Workspace:
     ----------
     target : float
         Q of the best cell that the worst facet of the boundary allows; 1 when that is not known.
+    slide : Slide, optional
+        What may move on the boundary; nothing without it.
     in_order : bool
         Whether vertices and cells keep the rows they have in the source, rather than
         stand near each other in memory where they are near in space.
     """
 
     def __init__(
-        self, source: Simplices, measure: int, target: float = 1.0, in_order: bool = False
+        self,
+        source: Simplices,
+        measure: int,
+        target: float = 1.0,
+        in_order: bool = False,
+        slide: Slide | None = None,
     ) -> None:
         self._source = source
         self.measure = measure
@@ -92,10 +101,10 @@ class Workspace:
         points = source.points[self._origin]
         fixed = source.fixed[self._origin]
         fixed[number[source.skin]] = True
-        required = np.empty(0, np.int64)
-        if len(source.edges):
-            fixed[number[source.edges]] = True
-            required = np.unique(adjacency.row_keys(number[source.edges], n_points))
+        fixed[number[source.edges]] = True
+        guide = np.zeros((n_points, 4)) if slide is None else slide.guide[self._origin]
+        edges = source.edges if slide is None else np.concatenate([source.edges, slide.ridges])
+        required = np.unique(adjacency.row_keys(number[edges], n_points))
         vertex_cell = np.full(n_points, -1, dtype=np.int64)
         # Written from the last cell to the first: the first cell of each ball stays.
         vertex_cell[cells[::-1].ravel()] = np.repeat(np.arange(n_cells)[::-1], width)
@@ -110,11 +119,13 @@ class Workspace:
             region=_extended(source.region[cell_order], capacity, 0),
             alive=_extended(np.ones(n_cells, dtype=bool), capacity, False),
             fixed=fixed,
+            guide=guide,
             required=required,
             vertex_clock=(vertex_cell >= 0).astype(np.int64),
             free=np.zeros(capacity, dtype=np.int64),
             state=np.array([n_cells, 0, 1, n_points], dtype=np.int64),
             measure=measure,
+            slides=slide is not None,
             single=source.single,
         )
         self.scratch = _new_scratch(capacity, n_points)
@@ -190,7 +201,8 @@ class Workspace:
         """
         worst = np.empty(len(self.mesh.points))
         vertex_quality(self.mesh, worst)
-        wanted = (self.mesh.vertex_clock > since) & ~self.mesh.fixed & (worst < below)
+        free = ~self.mesh.fixed | (self.mesh.guide[:, 0] > 0)
+        wanted = (self.mesh.vertex_clock > since) & free & (worst < below)
         vertices = np.flatnonzero(wanted)
         return vertices, worst[vertices]
 
@@ -252,7 +264,7 @@ class Workspace:
         old = len(self.mesh.points)
         if n_points <= old:
             return
-        fills = {"points": 0.0, "vertex_cell": -1, "fixed": True, "vertex_clock": 0}
+        fills = {"points": 0.0, "vertex_cell": -1, "fixed": True, "vertex_clock": 0, "guide": 0.0}
         larger: dict[str, Any] = {
             n: _extended(getattr(self.mesh, n), n_points, v) for n, v in fills.items()
         }
@@ -260,6 +272,19 @@ class Workspace:
         keys = self.mesh.required // old * n_points + self.mesh.required % old
         self.mesh = self.mesh._replace(**larger, required=keys)
         self.scratch = _new_scratch(len(self.mesh.cells), n_points)
+
+    def make_room(self, ratio: float, n_attempts: int) -> int:
+        """Make room for a new vertex an attempt, within a ratio of the points of the input.
+
+        Returns
+        -------
+        room : int
+            Rows of the vertex arrays that may be used.
+        """
+        # Never less than the input had.
+        most = int(ratio * self.n_input_points) + 1
+        self.reserve_points(min(most, int(self.mesh.state[N_POINTS]) + n_attempts))
+        return min(most, len(self.mesh.points))
 
     def result(self) -> tuple[Simplices, Array]:
         """The mesh as it is now, without the vertices that vanished.

@@ -10,6 +10,7 @@ from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
+import patches
 import pytest
 from builders import mesh, tet_grid, tri_grid
 from hypothesis import assume, given, settings
@@ -17,7 +18,15 @@ from hypothesis import strategies as st
 
 from meshopt_cli.cli import output, terminal
 from meshopt_cli.mesh import cast
-from meshopt_cli.quality import MEASURES, RANKS, Summary, histogram, measure_named, summarize
+from meshopt_cli.quality import (
+    MEASURES,
+    RANKS,
+    Summary,
+    forced_angles,
+    histogram,
+    measure_named,
+    summarize,
+)
 from meshopt_cli.report.csv import to_csv
 from meshopt_cli.report.json import to_json
 from meshopt_cli.report.markdown import to_markdown
@@ -439,3 +448,30 @@ def test_every_form_is_reached_by_a_suffix(tmp_path):
         output.write_reports((path,), [OF_A_RUN])
         assert path.read_text(encoding="utf-8") == output.as_text([OF_A_RUN], form)
         assert path.read_bytes().endswith(b"\n")
+
+
+# What the boundary forces -----------------------------------------------------------------
+
+
+def test_a_regular_tet_is_as_its_boundary_forces_it():
+    corners = [[1, 1, 1], [-1, 1, -1], [1, -1, -1], [-1, -1, 1]]
+    regular = math.degrees(math.acos(1 / 3))
+    forced = forced_angles(cast(mesh(corners, tetra=[[0, 1, 2, 3]])))
+    assert forced == pytest.approx((regular, regular), abs=0.05)
+
+
+@pytest.mark.parametrize("opening", [10.0, 25.0, 40.0])
+def test_a_sharp_edge_forces_its_angle(opening):
+    """No tet at the edge of a wedge has a greater angle there than the wedge."""
+    turned = math.radians(opening)
+    points = [[0, 0, 0], [0, 0, 1], [1, 0, 0.5], [math.cos(turned), math.sin(turned), 0.5]]
+    least, _ = forced_angles(cast(mesh(points, tetra=[[0, 1, 2, 3]])))
+    assert least == pytest.approx(opening, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", ["raw_ball.mesh", "two_regions.msh", "grid.vtk"])
+def test_no_mesh_is_better_than_its_boundary_forces(name):
+    source = patches.sample(name)
+    least, greatest = forced_angles(source)
+    one = summarize(source, MEASURES["aspect-ratio"])
+    assert one.angle_min <= least <= greatest <= one.angle_max

@@ -59,6 +59,14 @@ compressed; - stands for stdin or stdout, and then the report goes to stderr.
     "--region", "regions", multiple=True, metavar="NAME",
     help="An array of the cells that makes regions, instead of all tags; repeatable.",
 )  # fmt: skip
+@click.option(
+    "--boundary", type=click.Choice(["fixed", "slide"]), default="fixed", show_default=True,
+    help="What of the boundary stays: all of it, or its shape (planes and straight ridges).",
+)  # fmt: skip
+@click.option(
+    "--slide-tolerance", type=Number(0), metavar="X", default=1e-6, show_default=True,
+    help="Sine of the angle within which facets lie in one plane, and edges in one line.",
+)  # fmt: skip
 @click.option("--no-data", is_flag=True, help="Drop all arrays but tags.")
 @click.option("--in-place", is_flag=True, help="OUTPUT may be INPUT, and is when it is left out.")
 @verbosity_options
@@ -80,6 +88,8 @@ def command(
     input_format: str | None,
     ascii: bool | None,
     regions: tuple[str, ...],
+    boundary: str,
+    slide_tolerance: float,
     no_data: bool,
     in_place: bool,
     verbosity: int,
@@ -102,7 +112,8 @@ def command(
     clock = [time.perf_counter()]
     mesh, source = formats.read(input, input_format)
     binary = None if ascii is None else not ascii
-    needs_all = as_json or any(r.suffix.lower() == ".json" for r in reports)
+    as_data = as_json or any(r.suffix.lower() == ".json" for r in reports)
+    needs_all = as_data or verbosity > 0 or preset == "best"
     try:
         with naming(input):
             require_simplices(mesh)
@@ -113,7 +124,10 @@ def command(
         clock.append(time.perf_counter())
         compile_kernels(verbosity < 0)
         with progress(verbosity < 0) as observer, naming(input):
-            result = optimize(mesh, plan.pipeline, plan.measure, observer, needs_all, not no_data)
+            slide = slide_tolerance if boundary == "slide" else None
+            result = optimize(
+                mesh, plan.pipeline, plan.measure, observer, needs_all, not no_data, slide
+            )
     except InvalidMeshError as error:
         show_findings(input, source, error.mesh, error.report, err=True)
         raise

@@ -118,6 +118,7 @@ def replace_cells(mesh, old, n_old, n_new, scratch):
         cell = new_cell(mesh, scratch)
         mesh.region[cell] = region
         for k in range(width):
+            mesh.neighbours[cell, k] = -1
             mesh.cells[cell, k] = scratch.created[i, k]
             mesh.vertex_cell[scratch.created[i, k]] = cell
         for k in range(width):

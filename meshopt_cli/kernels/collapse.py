@@ -87,14 +87,28 @@ def has_legal_link(mesh, vertex, onto, n, n_other, scratch):
 
 
 @kernel
+def joined_on_boundary(mesh, vertex, onto, n, scratch):
+    """Whether the edge from a vertex of the boundary to another lies on the boundary."""
+    for i in range(n):
+        cell = scratch.ball[i] >> 2
+        there = local_index(mesh.cells, cell, onto)
+        if there >= 0:
+            for k in range(mesh.cells.shape[1]):
+                if k not in (there, scratch.ball[i] & 3) and mesh.neighbours[cell, k] < 0:
+                    return True
+    return False
+
+
+@kernel
 def simulate_collapse(mesh, vertex, onto, how, scratch):
-    """Put an internal vertex on another vertex of its ball."""
-    if mesh.fixed[vertex]:
+    """Put an internal vertex on another vertex of its ball, or one of a plane on one of that."""
+    in_plane = mesh.slides and mesh.guide[vertex, 0] == 2.0
+    if mesh.fixed[vertex] and not in_plane:
         return refused(FIXED, vertex, onto)
     n, closed = gather_ball(mesh, vertex, scratch.ball, scratch)
     if n < 0:
         return refused(TOO_LARGE, vertex, onto)
-    if not closed:
+    if not closed and not (in_plane and joined_on_boundary(mesh, vertex, onto, n, scratch)):
         return refused(FIXED, vertex, onto)
     before = worst_of(mesh, scratch.ball, n)
     stop = threshold(how.rule, how.floor, before)

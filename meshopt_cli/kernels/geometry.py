@@ -70,6 +70,27 @@ def distance(a, b):
     return math.sqrt(square_distance(a, b))
 
 
+class Guide(NamedTuple):
+    """What a point may move along: everything (0), a line (1) or a plane (2)."""
+
+    kind: float
+    direction: Vec  # of the line, or normal of the plane
+
+
+FREE = Guide(0.0, Vec(0.0, 0.0, 0.0))
+
+
+@inlined
+def guided(guide, v):
+    """The part of a vector that a guide allows."""
+    if guide.kind == 0.0:
+        return v
+    part = dot(v, guide.direction)
+    if guide.kind == 1.0:
+        return Vec(part * guide.direction.x, part * guide.direction.y, part * guide.direction.z)
+    return along(v, guide.direction, -part)
+
+
 @kernel
 def tri_area(a, b, c):
     """Signed area of a triangle in the plane z = 0 (18.1)."""

@@ -85,7 +85,7 @@ def climb_cell(mesh, cell, scratch):
     moved = False
     for k in range(mesh.cells.shape[1]):
         vertex = mesh.cells[cell, k]
-        if not mesh.fixed[vertex] and climb_vertex(mesh, vertex, scratch):
+        if climb_vertex(mesh, vertex, scratch):
             moved = True
     return moved
 

@@ -16,11 +16,15 @@ from ._jit import entry, inlined, kernel
 from .accept import gained, is_accepted, threshold
 from .ball import gather_ball, longest_edge_at, next_stamp, quality_at, touch, worst_of
 from .geometry import (
+    FREE,
+    Guide,
     Vec,
     along,
     at,
     distance,
     dot,
+    guided,
+    minus,
     norm,
     square_distance,
     tet_ideal_point,
@@ -196,8 +200,8 @@ def ascent_direction(gradients, n):
 
 
 @kernel
-def climb(mesh, ball, n, p, worst, size, scratch):
-    """Move p uphill on the worst q of its ball until no step helps.
+def climb(mesh, ball, n, p, worst, size, guide, scratch):
+    """Move p uphill on the worst q of its ball until no step helps, as far as a guide allows.
 
     Returns
     -------
@@ -213,7 +217,7 @@ def climb(mesh, ball, n, p, worst, size, scratch):
         n_active = 0
         for i in range(n):
             if values[i] <= worst + ACTIVE:
-                g = gradient_at(mesh, ball[i], p, values[i], PROBE * size)
+                g = guided(guide, gradient_at(mesh, ball[i], p, values[i], PROBE * size))
                 scratch.gradients[n_active, 0] = g.x
                 scratch.gradients[n_active, 1] = g.y
                 scratch.gradients[n_active, 2] = g.z
@@ -239,30 +243,42 @@ def climb(mesh, ball, n, p, worst, size, scratch):
     return p, worst
 
 
+@inlined
+def guide_of(mesh, vertex):
+    """Where a vertex of the boundary may move; everywhere for one inside."""
+    if not mesh.slides:
+        return FREE
+    g = mesh.guide
+    return Guide(g[vertex, 0], Vec(g[vertex, 1], g[vertex, 2], g[vertex, 3]))
+
+
 @kernel
 def simulate_relocation(mesh, vertex, how, scratch):
     """Look for a better position of a vertex inside its closed ball."""
     ball = scratch.ball
     p = at(mesh.points, vertex)
-    if mesh.fixed[vertex]:
+    guide = guide_of(mesh, vertex)
+    if mesh.fixed[vertex] and guide.kind == 0.0:
         return RelocationPlan(FIXED, 0, p, 0.0)
     n, closed = gather_ball(mesh, vertex, ball, scratch)
     if n < 0:
         return RelocationPlan(TOO_LARGE, 0, p, 0.0)
-    if not closed:
+    if not closed and guide.kind == 0.0:
         return RelocationPlan(FIXED, 0, p, 0.0)
     before = worst_of(mesh, ball, n)
     if before >= how.below:
         return RelocationPlan(NOT_BETTER, n, p, before)
     if how.method == OPTIMIZE:
         size = longest_edge_at(mesh, ball, n, p)
-        q, worst = climb(mesh, ball, n, p, before, size, scratch)
+        q, worst = climb(mesh, ball, n, p, before, size, guide, scratch)
         verdict = APPLIED if worst > gained(before) else NOT_BETTER
         return RelocationPlan(verdict, n, q, worst)
     if how.method == QUALITY:
         goal = ideal_mean(mesh, ball, n, how.weight)
     else:
         goal = neighbour_mean(mesh, vertex, ball, n, how.method == WEIGHTED, scratch)
+    if guide.kind > 0.0:
+        goal = along(p, guided(guide, minus(goal, p)), 1.0)
     neighbour = mesh.cells[ball[0] >> 2, 0 if ball[0] & 3 else 1]
     if square_distance(p, goal) <= STILL * square_distance(p, at(mesh.points, neighbour)):
         return RelocationPlan(NOT_BETTER, n, p, before)

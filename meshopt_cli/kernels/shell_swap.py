@@ -10,7 +10,7 @@ import math
 from typing import NamedTuple
 
 from ._jit import entry, inlined, kernel
-from .accept import is_accepted, threshold
+from .accept import FLAT, is_accepted, threshold
 from .cavity import has_room, replace_cells
 from .geometry import at
 from .measures import tet_quality
@@ -205,7 +205,8 @@ def simulate_open_swap(mesh, handle, rule, floor, scratch):
     """Remove the faces inside an open shell; its edge and its two outer faces stay.
 
     One tet is left at the edge, between those faces; the rest becomes the best triangulation
-    of the polygon around it. With two tets this is the swap of the face between them.
+    of the polygon around it. With two tets this is the swap of the face between them. Where the
+    outer faces lie in a plane and the boundary slides, no tet is left, and the edge goes.
     """
     cell = handle >> 3
     edge = handle & 7
@@ -218,8 +219,6 @@ def simulate_open_swap(mesh, handle, rule, floor, scratch):
         return SwapPlan(TOO_LARGE, 0, 0, 0.0)
     if n == SHELL_ELSEWHERE:
         return SwapPlan(NOT_VISITED, 0, 0, 0.0)
-    if n < 3:
-        return SwapPlan(FIXED, 0, 0, 0.0)
     before = mesh.quality[cell]
     stop = threshold(rule, floor, before)
     ring = scratch.ring
@@ -227,7 +226,12 @@ def simulate_open_swap(mesh, handle, rule, floor, scratch):
     worst = tet_quality(
         mesh.measure, at(points, a), at(points, b), at(points, ring[0]), at(points, ring[n])
     )
-    if worst > stop:
+    flat = mesh.slides and n > 1 and abs(worst) < FLAT and not is_required(mesh, a, b)
+    if n < 3 and not flat:
+        return SwapPlan(FIXED, 0, 0, 0.0)
+    if flat:
+        worst = triangulate_ring(mesh, a, b, n + 1, stop, scratch)
+    elif worst > stop:
         worst = min(worst, triangulate_ring(mesh, a, b, n + 1, stop, scratch))
     if worst <= 0.0:
         return SwapPlan(INVALID, n, 0, worst)
@@ -236,6 +240,8 @@ def simulate_open_swap(mesh, handle, rule, floor, scratch):
     if not has_room(mesh, n - 1):
         return SwapPlan(FULL, n, 0, worst)
     n_new = collect_ring(a, b, n + 1, scratch)
+    if flat:
+        return SwapPlan(APPLIED, n, n_new, worst)
     put(scratch.created, n_new, a, b, ring[0], ring[n])
     return SwapPlan(APPLIED, n, n_new + 1, worst)
 

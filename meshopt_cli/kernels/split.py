@@ -14,7 +14,7 @@ from typing import NamedTuple
 from ._jit import entry, kernel
 from .ball import longest_edge_at, next_stamp, quality_at
 from .cavity import has_room, replace_cells
-from .geometry import Vec, at, toward
+from .geometry import FREE, Vec, at, toward
 from .journal import keep_vertex
 from .relocate import climb, rounded
 from .shell import is_required
@@ -107,17 +107,24 @@ def grow_cavity(mesh, cell, p, scratch):
         before = min(before, mesh.quality[added])
         n_facets = close_facets(mesh, added, facets, values, n_facets, p, stamp, scratch)
     # Take the later cells out again.
+    return best_n, enclose(mesh, best_n, scratch), best_worst, best_before
+
+
+@kernel
+def enclose(mesh, n_cells, scratch):
+    """Collect the facets of the first cells of `scratch.cavity`; returns how many there are."""
+    cavity = scratch.cavity
     n_facets = 0
     stamp = next_stamp(scratch)
-    for i in range(best_n):
+    for i in range(n_cells):
         scratch.cell_mark[cavity[i]] = stamp
-    for i in range(best_n):
-        for k in range(width):
+    for i in range(n_cells):
+        for k in range(mesh.cells.shape[1]):
             beyond = mesh.neighbours[cavity[i], k]
             if beyond < 0 or scratch.cell_mark[beyond >> 2] != stamp:
-                facets[n_facets] = 4 * cavity[i] + k
+                scratch.ball[n_facets] = 4 * cavity[i] + k
                 n_facets += 1
-    return best_n, n_facets, best_worst, best_before
+    return n_facets
 
 
 @kernel
@@ -173,7 +180,7 @@ def refine_insertion(mesh, cell, start, gain, scratch):
         if worst <= 0.0:
             break
         size = longest_edge_at(mesh, scratch.ball, n_facets, p)
-        p, climbed = climb(mesh, scratch.ball, n_facets, p, worst, size, scratch)
+        p, climbed = climb(mesh, scratch.ball, n_facets, p, worst, size, FREE, scratch)
         n_cells, n_facets, worst, before = grow_cavity(mesh, cell, p, scratch)
         if worst < climbed:
             break

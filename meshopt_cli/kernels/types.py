@@ -64,12 +64,15 @@ class SimplexMesh(NamedTuple):
     quality: np.ndarray  # (capacity,) float64: q = 1/Q in (-inf, 1]
     region: np.ndarray  # (capacity,) int64
     alive: np.ndarray  # (capacity,) bool
-    fixed: np.ndarray  # (np,) bool: vertices that neither move nor vanish
+    fixed: np.ndarray  # (np,) bool: vertices that neither move nor vanish, those below apart
+    guide: np.ndarray  # (np, 4) float64: 1 for a fixed vertex that may move along a line, 2 for
+    # one that may in a plane, else 0; and the unit direction or normal
     required: np.ndarray  # (k,) int64: sorted keys `a * np + b`, a < b, of internal edges to keep
     vertex_clock: np.ndarray  # (np,) int64: sweep of the last change in the ball
     free: np.ndarray  # (capacity,) int64: stack of dead cells
     state: np.ndarray  # (4,) int64: N_CELLS, N_FREE, CLOCK, N_POINTS
     measure: int  # code of the quality measure
+    slides: bool  # whether some vertices of the boundary may move
     single: bool  # points are stored in single precision
 
 

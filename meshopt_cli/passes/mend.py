@@ -9,7 +9,6 @@ import numpy as np
 
 from ..kernels.classify import TetType
 from ..kernels.mend import Mending, Remedy, sweep_mend
-from ..kernels.types import N_POINTS
 from ..workspace import Workspace
 from .base import Observer, Operator, Tally, option
 
@@ -90,9 +89,7 @@ class Mend(Operator):
         self, work: Workspace, cells: Array, limit: float, tally: Tally, observer: Observer
     ) -> None:
         """Visit those cells around which something changed since they were visited last."""
-        # Room for a vertex an attempt, and never for less than the input had.
-        most = int(self.max_vertices * work.n_input_points) + 1
-        work.reserve_points(min(most, int(work.mesh.state[N_POINTS]) + len(cells)))
+        room = work.make_room(self.max_vertices, len(cells))
         seen = np.full(len(work.mesh.points), -1)
         seen[: len(self._seen)] = self._seen
         corners = work.mesh.cells[cells]
@@ -102,7 +99,6 @@ class Mend(Operator):
         self._seen = seen
         if not len(cells):
             return
-        room = min(most, len(work.mesh.points))
         how = Mending(limit, self.harm, self.least_gain, room, self.trials, self.steps)
         order = self.ordered(work, cells, work.mesh.quality[cells])
         table = remedy_table()

@@ -5,8 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
+from .. import adjacency
+from ..kernels.constrained import sweep_constrained
 from ..kernels.split import sweep_split
-from ..kernels.types import N_POINTS
 from ..workspace import Workspace
 from .base import Observer, Operator, Tally, option
 
@@ -24,18 +27,55 @@ class Split(Operator):
     least_gain: float = option(
         0.1, "least gain of the worst quality of a cavity, as a part of it", least=0.0
     )
+    constrained: float = option(
+        0.0, "also split cells, and internal edges and faces, that have all their vertices on the "
+        "boundary, as long as this part of the quality is left; 0: do not",
+        least=0.0, most=1.0,
+    )  # fmt: skip
 
     def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+        if self.constrained:
+            self._split_constrained(work, tally, observer)
         cells, quality = work.changed_cells(self.since(work, "cavities"), self.limit)
         if not len(cells):
             return
-        # Room for a vertex an attempt, and never for less than the input had.
-        most = int(self.max_vertices * work.n_input_points) + 1
-        work.reserve_points(min(most, int(work.mesh.state[N_POINTS]) + len(cells)))
-        room = min(most, len(work.mesh.points))
+        room = work.make_room(self.max_vertices, len(cells))
         order = self.ordered(work, cells, quality)
 
         def kernel(chunk):
             sweep_split(work.mesh, chunk, room, self.least_gain, work.scratch, tally.counts)
+
+        self.visit(work, order, kernel, tally, observer)
+
+    def _split_constrained(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+        """Give every over-constrained entity a vertex inside (Definitions 18.8, 18.9)."""
+        applied = -1
+        while tally.applied > applied:
+            applied = tally.applied
+            # The cells around a new vertex may be constrained at another of their edges.
+            cells = work.living()
+            room = work.make_room(self.max_vertices, len(cells))
+            on_boundary = np.zeros(len(work.mesh.points), dtype=bool)
+            beyond = work.mesh.neighbours[cells]
+            on_boundary[adjacency.boundary_facets(work.mesh.cells[cells], beyond)] = True
+            # An internal edge needs two vertices there; every other entity has such edges.
+            cells = cells[np.count_nonzero(on_boundary[work.mesh.cells[cells]], axis=1) >= 2]
+            order = self.ordered(work, cells, work.mesh.quality[cells])
+            self._sweep_constrained(work, order, on_boundary, room, tally, observer)
+
+    def _sweep_constrained(
+        self,
+        work: Workspace,
+        order: np.ndarray,
+        on_boundary: np.ndarray,
+        room: int,
+        tally: Tally,
+        observer: Observer,
+    ) -> None:
+        work.next_sweep()
+
+        def kernel(chunk):
+            mesh, keep, scratch = work.mesh, self.constrained, work.scratch
+            sweep_constrained(mesh, chunk, on_boundary, keep, room, scratch, tally.counts)
 
         self.visit(work, order, kernel, tally, observer)

@@ -83,6 +83,8 @@ def closing_lines(report: Report) -> list[str]:
     after = report.after or report.before
     kind = "dihedral angles" if after.dimension == 3 else "angles"
     angles = f"{kind} {after.angle_min:.1f} to {after.angle_max:.1f} degrees"
+    if after.forced is not None and after.dimension == 3:
+        angles += " (the boundary forces {:.1f} and {:.1f})".format(*after.forced)
     if report.after is None:
         return [angles]
     change = report.after.n_points - report.before.n_points
