@@ -940,7 +940,7 @@ def test_arrays_on_cells_of_all_dimensions(meshopt, tmp_path):
 
 
 SUMMARY_KEYS = {"ne", "np", "worst", "mean", "best", "target", "invalid", "histogram",
-                "angle_min", "angle_max", "measures"}  # fmt: skip
+                "angle_min", "angle_max", "angles_forced", "measures"}  # fmt: skip
 PASS_KEYS = {"round", "name", "visited", "applied", "refused", "seconds", "worst", "mean"}
 TOP_KEYS = {"meshopt", "input", "output", "measure", "dimension", "before", "after", "passes",
             "stopped", "seconds", "lost"}  # fmt: skip
