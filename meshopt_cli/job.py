@@ -13,7 +13,9 @@ from .errors import BadMeshError, InvariantError, UnsupportedMeshError
 from .mesh import (
     Mesh,
     cast,
+    main_blocks,
     main_type,
+    tags_of,
     with_positive_tets,
     with_simplices,
 )
@@ -112,7 +114,9 @@ def optimize(
     result, lost = carry(mesh, result, source, origin, with_data)
     if lost:
         log.warning("arrays that do not follow the cells are dropped: %s", ", ".join(lost))
-    final = cast(result)
+    # An array that numbers cells may have few values left, and would pass for a tag.
+    tags = tuple(tags_of(main_blocks(mesh, main_type(mesh)), mesh.regions))
+    final = cast(replace(result, regions=tags))
     after = summarize(final, measure, others, before.target if sliding is None else None)
     if after.n_invalid or after.worst > before.worst * (1 + 1e-6):
         raise InvariantError(f"the worst Q rose from {before.worst} to {after.worst}")
