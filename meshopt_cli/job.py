@@ -13,7 +13,9 @@ from .errors import BadMeshError, InvariantError, UnsupportedMeshError
 from .mesh import (
     Mesh,
     cast,
+    main_blocks,
     main_type,
+    tags_of,
     with_positive_tets,
     with_simplices,
 )
@@ -27,6 +29,9 @@ from .workspace import Workspace
 
 Array = np.ndarray
 log = logging.getLogger("meshopt")
+
+# Extents of a mesh between which the sixth power of a length is a number.
+EXTENTS = 1e-40, 1e40
 
 # Rules that turning cells may mend.
 ORIENTATION = {"M101", "M103", "M207"}
@@ -89,6 +94,7 @@ def optimize(
     """
     start = time.perf_counter()
     require_simplices(mesh)
+    require_range(mesh)
     mesh, tangle = sound(mesh, any(step.name == "untangle" for step in pipeline.passes()))
     source = cast(mesh)
     others = tuple(MEASURES.values()) if with_all_measures else ()
@@ -108,7 +114,9 @@ def optimize(
     result, lost = carry(mesh, result, source, origin, with_data)
     if lost:
         log.warning("arrays that do not follow the cells are dropped: %s", ", ".join(lost))
-    final = cast(result)
+    # An array that numbers cells may have few values left, and would pass for a tag.
+    tags = tuple(tags_of(main_blocks(mesh, main_type(mesh)), mesh.regions))
+    final = cast(replace(result, regions=tags))
     after = summarize(final, measure, others, before.target if sliding is None else None)
     if after.n_invalid or after.worst > before.worst * (1 + 1e-6):
         raise InvariantError(f"the worst Q rose from {before.worst} to {after.worst}")
@@ -119,6 +127,22 @@ def optimize(
         prove(source, final, mesh.points, result.points, origin)
     prove_volumes(source, final, slide or 0.0)
     return Result(result, measure, before, after, outcome, time.perf_counter() - start)
+
+
+def require_range(mesh: Mesh) -> None:
+    """Refuse coordinates whose products are no numbers any more.
+
+    Raises
+    ------
+    UnsupportedMeshError
+        With what to do.
+    """
+    extent = float(np.max(np.ptp(mesh.points.astype(np.float64), axis=0), initial=0.0))
+    low, high = EXTENTS
+    if np.isfinite(extent) and extent > 0.0 and not low <= extent <= high:
+        raise UnsupportedMeshError(
+            f"the mesh is {extent:.3g} across: scale it to between {low:g} and {high:g}"
+        )
 
 
 def require_simplices(mesh: Mesh) -> None:

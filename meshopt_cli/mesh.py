@@ -14,7 +14,7 @@ import numpy as np
 
 from . import adjacency
 from .errors import BadMeshError, ConfigError, UnsupportedMeshError
-from .plane import PLANARITY, Frame, plane_of, with_depth
+from .plane import Frame, flatness, plane_of, with_depth
 
 Array = np.ndarray
 
@@ -75,6 +75,8 @@ class Mesh:
     point_data : dict of str to (np, ...) array
     names : dict of str to (tag, dimension)
         Physical groups by name.
+    more_groups : dict of (dimension, tag) to tuple of int
+        The physical groups that an entity of Gmsh is in besides that of its cells.
     regions : tuple of str, optional
         Arrays that make regions, instead of all that `is_tag` takes for tags.
     """
@@ -83,6 +85,7 @@ class Mesh:
     blocks: list[Block]
     point_data: dict[str, Array] = field(default_factory=dict)
     names: dict[str, tuple[int, int]] = field(default_factory=dict)
+    more_groups: dict[tuple[int, int], tuple[int, ...]] = field(default_factory=dict)
     regions: tuple[str, ...] | None = None
 
     def dimension(self) -> int:
@@ -168,9 +171,11 @@ def main_type(mesh: Mesh) -> str:
     wanted = "triangle" if dimension == 2 else "tetra"
     others = {b.type for b in mesh.blocks if len(b.cells)} - {wanted, "triangle", *LOWER}
     if others:
+        curved = all(cell_type not in DIMENSION for cell_type in others)
+        remedy = "save it with cells of first order" if curved else "cut them into simplices first"
         raise UnsupportedMeshError(
-            f"cells of type {', '.join(sorted(others))} cannot be optimized: "
-            "only linear triangles in a plane and linear tetrahedra can"
+            f"cells of type {', '.join(sorted(others))} cannot be optimized, only linear triangles "
+            f"in a plane and linear tetrahedra can: {remedy}; meshopt check takes them as they are"
         )
     return wanted
 
@@ -207,8 +212,8 @@ def with_regions(mesh: Mesh, names: tuple[str, ...]) -> Mesh:
     """
     blocks = main_blocks(mesh, main_type(mesh))
     common = [n for n in blocks[0].data if all(n in b.data for b in blocks)]
-    fit = [n for n in common if all(b.data[n].dtype.kind in "iu" and b.data[n].ndim == 1
-                                    for b in blocks)]  # fmt: skip
+    arrays = {n: [b.data[n] for b in blocks] for n in common}
+    fit = [n for n in common if all(a.dtype.kind in "iu" and a.ndim == 1 for a in arrays[n])]
     for name in names:
         if name not in fit:
             known = f"choose from {', '.join(fit)}" if fit else "the mesh has none"
@@ -259,10 +264,12 @@ def cast(mesh: Mesh) -> Simplices:
     frame = None
     turned = False
     if cell_type == "triangle":
-        frame = plane_of(points, cells, PLANARITY[mesh.points.dtype])
+        tolerance = flatness(points[np.unique(cells)], mesh.points.dtype)
+        frame = plane_of(points, cells, tolerance)
         if frame is None:
             raise UnsupportedMeshError(
-                "the triangles do not lie in one plane: surfaces in space cannot be optimized"
+                "the triangles do not lie in one plane: surfaces in space cannot be optimized "
+                "here, but with remeshers of surfaces such as mmgs; meshopt check takes them"
             )
         points = frame.flatten(points)
         facets, edges = declared(mesh, "line"), np.empty((0, 2), np.int64)
@@ -348,6 +355,7 @@ def with_simplices(mesh: Mesh, worked: Simplices, origin: Array, before: Simplic
     old_blocks = main_blocks(mesh, cell_type)
     first_of_region, home = _homes(old_blocks, before.region)
     place = home[worked.region]
+    tags = tags_of(old_blocks, mesh.regions)
     blocks = []
     main = 0
     for block in mesh.blocks:
@@ -359,13 +367,13 @@ def with_simplices(mesh: Mesh, worked: Simplices, origin: Array, before: Simplic
             continue
         rows = np.flatnonzero(place == main)
         rows = rows[np.argsort(worked.region[rows], kind="stable")]
-        tags = {
-            name: values[first_of_region[worked.region[rows]]].astype(values.dtype)
-            for name, values in tags_of(old_blocks, mesh.regions).items()
-        }
         if len(rows):
-            cells = worked.cells[rows]
-            blocks.append(replace(block, cells=cells, data=tags))
+            first = first_of_region[worked.region[rows]]
+            data = {name: values[first] for name, values in tags.items()}
+            # A region that goes over several entities of Gmsh has the bounds of none.
+            bounded = mesh.regions is None or GEOMETRICAL in mesh.regions
+            entities = block.entities if bounded else None
+            blocks.append(replace(block, cells=worked.cells[rows], data=data, entities=entities))
         main += 1
     return replace(mesh, points=points, blocks=blocks, point_data={})
 

@@ -38,6 +38,22 @@ def with_depth(points: Array) -> Array:
     return result
 
 
+def flatness(points: Array, precision: np.dtype) -> float:
+    """How far from a plane vertices may lie, relative to the extent of the mesh.
+
+    Far from the origin, coordinates are rounded more coarsely than the mesh is flat.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+    precision : dtype
+        In which the coordinates are stored.
+    """
+    extent = float(np.max(np.ptp(points, axis=0))) or 1.0
+    rounding = float(np.finfo(precision).eps) * float(np.abs(points).max())
+    return max(PLANARITY[precision], 4.0 * rounding / extent)
+
+
 def plane_of(points: Array, triangles: Array, tolerance: float) -> Frame | None:
     """The plane that all triangles lie in, or None.
 

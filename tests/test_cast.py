@@ -256,6 +256,33 @@ def test_a_plane_far_from_the_origin(shift):
     assert np.max(np.abs((result.points - one.points.mean(axis=0)) @ normal)) < 1e-7
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_single_precision_in_a_plane_far_from_the_origin(seed):
+    """Coordinates are rounded to more than the usual tolerance there."""
+    flat = shaken(tri_grid(5))
+    one = in_tilted_plane(flat, seed=seed, shift=(700.0, -300.0, 500.0))
+    one.points = one.points.astype(np.float32)
+    normal = rotation(seed)[:, 2].astype(np.float64)
+    heights = one.points.astype(np.float64) @ normal
+    result = optimized(one)
+    assert result.points.dtype == np.float32
+    assert not np.array_equal(result.points, one.points)
+    assert np.ptp(result.points.astype(np.float64) @ normal) <= 2 * np.ptp(heights)
+
+
+@pytest.mark.parametrize("power", [-100, -30, 30, 100])
+@pytest.mark.parametrize("make", [lambda: shaken(tet_grid(4)), lambda: shaken(tri_grid(6))])
+def test_the_scale_does_not_matter(make, power):
+    """Every tolerance is relative: a power of two changes exponents only."""
+    one = make()
+    plain = optimized(one)
+    one.points = np.ldexp(one.points, power)
+    result = optimized(one)
+    assert np.array_equal(np.ldexp(plain.points, power), result.points)
+    kind = "tetra" if one.dimension() == 3 else "triangle"
+    assert np.array_equal(cells_of(plain, kind), cells_of(result, kind))
+
+
 def test_a_bent_sheet_and_a_closed_surface_are_refused():
     bent = in_space(tri_grid(4))
     bent.points[:, 2] = 1e-3 * bent.points[:, 0] ** 2

@@ -2,6 +2,7 @@
 
 import contextlib
 import csv
+import gzip
 import hashlib
 import io
 import json
@@ -19,7 +20,7 @@ from typing import NamedTuple
 import click
 import numpy as np
 import pytest
-from builders import in_space, mesh, octahedron, quad_grid, tet_grid, tri_grid
+from builders import hex_grid, in_space, mesh, octahedron, quad_grid, tet_grid, tri_grid
 
 from meshopt_cli import __version__, formats, job
 from meshopt_cli.cli.main import COMMANDS, STATUSES, main, status_of
@@ -179,8 +180,8 @@ BAD_MESHES = {
     "second_order": (lambda: mesh(np.random.default_rng(0).random((10, 3)), tetra10=[range(10)]),
                      3, "tetra10"),
     "surface": (octahedron, 3, "plane"),
-    "hexes_and_tets": (lambda: mesh(np.random.default_rng(0).random((12, 3)),
-                                    hexahedron=[range(8)], tetra=[[8, 9, 10, 11]]),
+    "hexes_and_tets": (lambda: mesh([*hex_grid(1).points, *(np.eye(4, 3) + 2)],
+                                    hexahedron=hex_grid(1).blocks[0].cells, tetra=[[11, 8, 9, 10]]),
                        3, "hexahedron"),
     "lines": (lambda: mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], line=[[0, 1], [1, 2]]), 1, "lines"),
     "points": (lambda: mesh([[0, 0, 0], [1, 0, 0]], vertex=[[0], [1]]), 1, "points"),
@@ -232,6 +233,8 @@ WRONG_OPTIONS = [
     (["--measure", "aspect"], "aspect-ratio"),
     (["--measure", "edge-ratio"], "edge-ratio"),
     (["--file-format", "stl"], "vtu"),
+    (["--input-format", "stl"], "vtu"),
+    (["--region", "none"], "none"),
     (["--set", "smooth"], "PASS.OPTION=VALUE"),
     (["--set", "smoth.below=2"], "smooth"),
     (["--set", "smooth.belo=2"], "below"),
@@ -384,14 +387,41 @@ def test_a_file_that_cannot_be_read(meshopt, tmp_path, command, what):
 
 
 @every_bad_mesh
-@pytest.mark.parametrize("command", ["optimize", "report"])
-def test_a_mesh_that_is_of_no_use(meshopt, tmp_path, command, name):
+def test_a_mesh_that_is_of_no_use(meshopt, tmp_path, name):
     path, status, said = bad_mesh(tmp_path, name)
     with untouched(tmp_path):
-        ran = meshopt(command, path, *([tmp_path / "out.vtu"] if command == "optimize" else []))
+        ran = meshopt("optimize", path, tmp_path / "out.vtu")
     assert (ran.status, ran.out) == (status, "")
     assert str(path) in ran.complaint
     assert said in ran.complaint
+
+
+@pytest.mark.parametrize("name", ["quads", "lines", "points"])
+def test_a_mesh_without_simplices_has_no_report(meshopt, tmp_path, name):
+    path, status, said = bad_mesh(tmp_path, name)
+    ran = meshopt("report", path)
+    assert (ran.status, ran.out) == (status, "")
+    assert str(path) in ran.complaint
+    assert said in ran.complaint
+
+
+# What can be measured of a mesh that cannot be optimized: cells, vertices, what is said.
+MEASURED = {"second_order": (1, 4, "corners"), "surface": (8, 6, "own plane"),
+            "hexes_and_tets": (1, 4, "1 cells of type hexahedron")}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", MEASURED)
+def test_a_report_says_what_it_can(meshopt, tmp_path, name):
+    path, _, _ = bad_mesh(tmp_path, name)
+    n_cells, n_points, said = MEASURED[name]
+    ran = meshopt("report", path, "--format", "json")
+    assert ran.status == 0
+    assert said in ran.complaint
+    before = strict(ran.out)["before"]
+    assert (before["ne"], before["np"]) == (n_cells, n_points)
+    if name == "surface":  # equilateral triangles
+        assert before["worst"] == pytest.approx(1)
+        assert before["angle_min"] == pytest.approx(60)
 
 
 @pytest.mark.parametrize(
@@ -760,6 +790,134 @@ def test_arrays_that_make_regions(meshopt, tmp_path):
     assert "part, layer" in ran.complaint
 
 
+# Pipes, compressed files, text and binary ---------------------------------------------------
+
+
+def in_a_pipe(data, *arguments):
+    """Run a command line with a mesh on stdin; stdout as bytes."""
+    command = [sys.executable, "-m", "meshopt_cli", *map(str, arguments)]
+    child = subprocess.run(command, input=data, capture_output=True, timeout=120, check=False)
+    return child.returncode, child.stdout, without_notice(child.stderr.decode())
+
+
+@pytest.mark.parametrize("options", [(), ("--input-format", "vtk", "--file-format", "vtk")])
+def test_a_mesh_through_a_pipe(meshopt, tets, tmp_path, options):
+    """The mesh is all that stdout gets; the report goes to stderr."""
+    status, out, err = in_a_pipe(tets.read_bytes(), "optimize", "-", "-", *options)
+    assert status == 0
+    assert meshopt("optimize", tets, tmp_path / "out.vtk").status == 0
+    assert out == (tmp_path / "out.vtk").read_bytes()
+    assert "Q_T" in err
+
+
+def test_the_json_report_beside_a_pipe(tets, tmp_path):
+    report = tmp_path / "report.json"
+    arguments = ("optimize", "-", "-", "--file-format", "vtu", "--json", "--report", report)
+    status, out, err = in_a_pipe(tets.read_bytes(), *arguments)
+    assert status == 0
+    assert json.loads(err) == json.loads(report.read_text())
+    said = json.loads(err)
+    assert said["input"]["sha256"] == hashlib.sha256(tets.read_bytes()).hexdigest()
+    assert said["output"] == {
+        "path": "-", "format": "vtu", "sha256": hashlib.sha256(out).hexdigest()
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("data", "arguments", "status", "said"),
+    [
+        (b"", ("-", "-"), 3, "empty"),
+        (b"solid", ("-", "-"), 3, "not a mesh"),
+        (b"# vtk DataFile Version 3.0\n", ("-", "-", "--input-format", "gmsh"), 3, "not a Gmsh"),
+        (b"", ("-",), 2, "OUTPUT"),
+        (b"", ("-", "--in-place"), 2, "OUTPUT"),
+    ],
+)
+def test_what_is_wrong_in_a_pipe(data, arguments, status, said):
+    ran = in_a_pipe(data, "optimize", *arguments)
+    assert ran[:2] == (status, b"")
+    (line,) = ran[2].splitlines()
+    assert said in line
+
+
+def test_nothing_goes_down_the_pipe_when_the_mesh_stays_bad(tets):
+    status, out, err = in_a_pipe(tets.read_bytes(), "optimize", "-", "-", "--fail-above", "1.01")
+    assert status == 1
+    assert b"DATASET" not in out
+    assert "nothing written" in err
+
+
+def test_check_and_report_read_pipes_and_compressed_files(meshopt, tets, tmp_path):
+    status, out, _ = in_a_pipe(tets.read_bytes(), "check", "-")
+    assert (status, out.decode().strip()) == (0, "-: valid")
+    packed = tmp_path / "packed.vtk.gz"
+    packed.write_bytes(gzip.compress(tets.read_bytes()))
+    assert meshopt("report", packed).out.startswith("packed.vtk.gz: ")
+
+
+def test_compressed_in_and_out(meshopt, tets, tmp_path):
+    packed, output = tmp_path / "packed.vtk.gz", tmp_path / "out.mesh.gz"
+    packed.write_bytes(gzip.compress(tets.read_bytes()))
+    assert meshopt("optimize", packed, output).status == 0
+    assert meshopt("optimize", tets, tmp_path / "out.mesh").status == 0
+    assert gzip.decompress(output.read_bytes()) == (tmp_path / "out.mesh").read_bytes()
+
+
+@pytest.mark.parametrize("suffix", [".msh", ".vtk", ".vtu"])
+def test_text_or_binary_on_request(meshopt, tets, tmp_path, suffix):
+    output = tmp_path / f"out{suffix}"
+    for option, binary in (("--ascii", False), ("--binary", True)):
+        assert meshopt("optimize", tets, output, option).status == 0
+        assert formats.sniff(output).binary == binary
+
+
+def test_medit_is_text_or_binary_by_its_name(meshopt, tets, tmp_path):
+    ran = meshopt("optimize", tets, tmp_path / "out.mesh", "--binary")
+    assert ran.status == 2
+    assert ".meshb" in ran.complaint
+    assert meshopt("optimize", tets, tmp_path / "out.mesh", "--ascii").status == 0
+
+
+def test_the_report_says_what_is_lost(meshopt, samples, tmp_path):
+    ran = meshopt("optimize", samples / "two_regions.msh", tmp_path / "out.mesh", "--json")
+    names = formats.read(samples / "two_regions.msh")[0].names
+    lost = " ".join(json.loads(ran.out)["lost"])
+    assert names
+    assert all(f"{name} = {tag}" in lost for name, (tag, _) in names.items())
+    assert lost.split(",")[0] in ran.complaint
+
+
+# Refusals ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: Mesh(np.random.default_rng(0).random((6, 3)),
+                      [Block("triangle6", np.arange(6)[None])]), "first order"),
+        (lambda: quad_grid(2), "simplices"),
+        (octahedron, "meshopt check"),
+        (lambda: replace(tet_grid(2), points=tet_grid(2).points * 1e60), "scale it"),
+        (lambda: replace(tri_grid(2), points=tri_grid(2).points * 1e-60), "scale it"),
+    ],
+    ids=["second order", "quads", "surface", "huge", "tiny"],
+)  # fmt: skip
+def test_what_cannot_be_optimized_is_refused_with_a_remedy(meshopt, tmp_path, make, said):
+    path = tmp_path / "in.msh"
+    formats.write(path, make(), encoding_for(path))
+    ran = meshopt("optimize", path, tmp_path / "out.msh")
+    assert ran.status == 3
+    assert said in ran.complaint
+    assert not (tmp_path / "out.msh").exists()
+
+
+def test_a_place_that_is_none_is_refused_before_the_work(meshopt, tmp_path):
+    for place in (tmp_path / "none" / "out.msh", tmp_path):
+        ran = meshopt("optimize", tmp_path / "not_read.msh", place)
+        assert ran.status == 3
+        assert f"{place}: cannot be written" in ran.complaint
+
+
 def test_arrays_on_cells_of_all_dimensions(meshopt, tmp_path):
     """VTK has every array on every cell: one that lines keep and triangles lose is a trap."""
     one = in_space(shaken(tri_grid(5)))
@@ -782,7 +940,7 @@ def test_arrays_on_cells_of_all_dimensions(meshopt, tmp_path):
 
 
 SUMMARY_KEYS = {"ne", "np", "worst", "mean", "best", "target", "invalid", "histogram",
-                "angle_min", "angle_max", "measures"}  # fmt: skip
+                "angle_min", "angle_max", "angles_forced", "measures"}  # fmt: skip
 PASS_KEYS = {"round", "name", "visited", "applied", "refused", "seconds", "worst", "mean"}
 TOP_KEYS = {"meshopt", "input", "output", "measure", "dimension", "before", "after", "passes",
             "stopped", "seconds", "lost"}  # fmt: skip
@@ -1234,3 +1392,19 @@ def test_list_shows_the_options_of_the_passes(meshopt):
         if names:
             part = out.split(f"options of {kind.name} ")[1].split("options of ")[0]
             assert all(re.search(rf"^ +{name} ", part, re.M) for name in names)
+
+
+# The README --------------------------------------------------------------------------------
+
+
+def test_the_readme_has_every_option_and_format():
+    text = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
+    command = main.get_command(click.Context(main), "optimize")
+    for parameter in command.params:
+        if isinstance(parameter, click.Option) and parameter.name != "help":
+            for name in (*parameter.opts[:1], *parameter.secondary_opts):
+                assert f"`{name}" in text, name
+    for name, row in FORMATS.items():
+        assert any(
+            line.startswith(f"| `{name}` | `{row.extensions[0]}`") for line in text.splitlines()
+        ), name

@@ -1,12 +1,14 @@
 """Round trips over FORMATS, conversions between them, and what goes wrong with files."""
 
 import contextlib
+import gzip
 import hashlib
 import logging
 import os
 import re
 import subprocess
 import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -1073,7 +1075,7 @@ def test_folder_that_cannot_be_written_to(tmp_path, monkeypatch):
     monkeypatch.setattr(os, "replace", refuse)
     assert_unwritable(tmp_path / "mesh.mesh", "permission denied")
     assert list(tmp_path.iterdir()) == []
-    assert_unwritable(tmp_path / "none" / "mesh.mesh", "no such file")
+    assert_unwritable(tmp_path / "none" / "mesh.mesh", "no such folder")
 
 
 def test_only_regular_files_that_may_be_written_are_replaced(tmp_path, monkeypatch):
@@ -1122,3 +1124,218 @@ def test_a_block_without_cells(tmp_path, suffix):
     write(path, mesh, encoding_for(path))
     again, _ = read(path)
     assert sum(len(block.cells) for block in again.blocks) == len(mesh.blocks[0].cells)
+
+
+def test_owner_and_group_are_kept(tmp_path):
+    path = tmp_path / "mesh.mesh"
+    path.write_text("old")
+    try:
+        os.chown(path, 12345, 23456)
+    except PermissionError:
+        pytest.skip("only root may do that")
+    write(path, tets(), FORMATS["medit"].default)
+    assert (path.stat().st_uid, path.stat().st_gid) == (12345, 23456)
+
+
+LIMITED = """
+import resource, sys
+from pathlib import Path
+from meshopt_cli.errors import WriteError
+from meshopt_cli.formats import FORMATS, read, write
+mesh, source = read(Path(sys.argv[1]))
+resource.setrlimit(resource.RLIMIT_FSIZE, (300, 300))
+try:
+    write(Path(sys.argv[2]), mesh, FORMATS[sys.argv[3]].default)
+except WriteError as error:
+    sys.exit(str(error))
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such limits")
+@pytest.mark.parametrize("name", FORMATS)
+def test_no_room_leaves_the_old_file(tmp_path, name):
+    write(tmp_path / "in.mesh", tet_grid(4), FORMATS["medit"].default)
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    path = folder / f"out{FORMATS[name].extensions[0]}"
+    path.write_text("old")
+    arguments = [sys.executable, "-c", LIMITED, str(tmp_path / "in.mesh"), str(path), name]
+    ran = subprocess.run(arguments, capture_output=True, text=True, check=False)
+    assert ran.returncode == 1
+    (line,) = ran.stderr.splitlines()
+    assert line.startswith(f"{path}: cannot be written")
+    assert path.read_text() == "old"
+    assert list(folder.iterdir()) == [path]
+
+
+FOREVER = """
+import sys
+from pathlib import Path
+from meshopt_cli.formats import encoding_for, read, write
+meshes = [read(Path(name))[0] for name in sys.argv[1:3]]
+path = Path(sys.argv[3])
+while True:
+    for mesh in meshes:
+        write(path, mesh, encoding_for(path))
+        print("written", flush=True)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such signal")
+@pytest.mark.parametrize("name", ["mesh.mesh", "mesh.msh", "mesh.vtu", "mesh.vtk.gz"])
+def test_a_process_that_is_killed_leaves_the_old_file_or_the_new_one(tmp_path, name):
+    whole = []
+    inputs = [tmp_path / "one.mesh", tmp_path / "two.mesh"]
+    for path, n in zip(inputs, (6, 7), strict=True):
+        write(path, tet_grid(n), FORMATS["medit"].default)
+        write(tmp_path / name, read(path)[0], encoding_for(Path(name)))
+        whole.append((tmp_path / name).read_bytes())
+    command = [sys.executable, "-c", FOREVER, *map(str, inputs), str(tmp_path / name)]
+    for delay in (0.0, 0.003, 0.011, 0.017):
+        with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
+            process.stdout.readline()
+            time.sleep(delay)
+            process.kill()
+        assert (tmp_path / name).read_bytes() in whole
+
+
+# ---- compressed files
+
+
+@every_encoding
+def test_compressed_files_hold_the_same(tmp_path, encoding):
+    mesh = tagged(tets(), encoding)
+    plain = path_for(tmp_path, encoding)
+    path = plain.with_name(plain.name + ".gz")
+    write(plain, mesh, encoding)
+    written = write(path, mesh, encoding)
+    assert gzip.decompress(path.read_bytes()) == plain.read_bytes()
+    assert written.sha256 == hashlib.sha256(path.read_bytes()).hexdigest()
+    again, source = read(path)
+    assert_same(mesh, again)
+    assert (source.encoding, source.sha256) == (encoding, written.sha256)
+    assert sniff(path) == encoding
+    assert encoding_for(path, source.encoding) == encoding_for(plain, source.encoding)
+    first = path.read_bytes()
+    write(path, mesh, encoding)
+    assert path.read_bytes() == first
+
+
+@pytest.mark.parametrize("cut", [0.3, 0.9, 0.999])
+def test_compressed_files_that_are_truncated(tmp_path, cut):
+    path = tmp_path / "mesh.mesh.gz"
+    write(path, tets(), FORMATS["medit"].default)
+    whole = path.read_bytes()
+    path.write_bytes(whole[: int(cut * len(whole))])
+    assert_unreadable(path, "truncated", "gzip")
+
+
+def test_compressed_content_is_known_by_itself(tmp_path):
+    path = tmp_path / "mesh.mesh"
+    path.write_bytes(gzip.compress(MEDIT.encode()))
+    assert len(read(path)[0].points) == 4
+
+
+# ---- every format to every other
+
+
+@st.composite
+def meshes(draw):
+    """Tets with triangles, lines and points, in some groups, and arrays of all widths."""
+    random = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    n = draw(st.integers(5, 9))
+    mesh = Mesh(random.normal(size=(n, 3)) * 10.0 ** random.integers(-9, 9), [])
+    if draw(st.booleans()):
+        mesh.points = mesh.points.astype(np.float32)
+    tags = draw(st.sets(st.sampled_from([PHYSICAL, GEOMETRICAL, REF, "layer"])))
+    arrays = draw(
+        st.dictionaries(st.sampled_from(["a", "b c", "d"]), st.sampled_from([1, 2, 3, 9]))
+    )
+    for cell_type, width in (("vertex", 1), ("line", 2), ("triangle", 3), ("tetra", 4)):
+        count = draw(st.integers(cell_type == "tetra", 3))
+        cells = np.array([random.permutation(n)[:width] for _ in range(count)]).reshape(-1, width)
+        cells = np.unique(np.sort(cells, axis=1), axis=0)
+        data = {name: random.integers(1, 4, len(cells)) for name in sorted(tags)}
+        data |= {a: random.normal(size=(len(cells), w)).squeeze(-1) if w == 1 else
+                 random.normal(size=(len(cells), w)) for a, w in arrays.items()}  # fmt: skip
+        if len(cells):
+            mesh.blocks.append(Block(cell_type, cells, data))
+    mesh.point_data = {
+        f"p{a}": random.normal(size=(n, w) if w > 1 else n) for a, w in arrays.items()
+    }
+    mesh.names = draw(st.sampled_from([{}, {"wall": (1, 2), "a name": (2, 3)}]))
+    return mesh
+
+
+def by_cell(mesh, name):
+    """Values of an array by type and vertices of a cell."""
+    return {
+        (block.type, *cell): np.asarray(value, float).tolist()
+        for block in mesh.blocks
+        if name in block.data
+        for cell, value in zip(block.cells.tolist(), block.data[name], strict=True)
+    }
+
+
+def group_by_cell(mesh, family):
+    """The tag that a family of formats has for a group."""
+    names = {"gmsh": (PHYSICAL, REF), "medit": (REF, PHYSICAL, GEOMETRICAL)}
+    return next((by_cell(mesh, n) for n in names[family] if by_cell(mesh, n)), {})
+
+
+@settings(max_examples=120, deadline=None)
+@given(mesh=meshes(), origin=st.sampled_from(ENCODINGS), target=st.sampled_from(ENCODINGS))
+def test_nothing_is_lost_without_a_word(tmp_path_factory, mesh, origin, target):
+    """From any format to any other: every array, group and name is there, or named as lost."""
+    folder = tmp_path_factory.mktemp("matrix")
+    first, second = path_for(folder, origin), path_for(folder, target).with_stem("second")
+    write(first, mesh, origin)
+    mesh, _ = read(first)
+    lost = write(second, mesh, target).lost
+    again, source = read(second)
+    assert source.encoding.format == target.format
+    if FORMATS[target.format].family == "gmsh":
+        assert_same_array(again.points, mesh.points.astype(np.float64))
+    else:
+        assert_same_array(again.points, mesh.points)
+    family = FORMATS[target.format].family
+    listed = " ".join(lost)
+    for block in mesh.blocks:
+        if block.type == "vertex" and family == "medit":
+            continue
+        cells = [b.cells for b in again.blocks if b.type == block.type]
+        found = set(map(tuple, np.concatenate(cells).tolist()))
+        assert set(map(tuple, block.cells.tolist())) <= found
+    for name in dict.fromkeys(name for block in mesh.blocks for name in block.data):
+        values = {k: v for k, v in by_cell(mesh, name).items() if k[0] != "vertex"}
+        kept = by_cell(again, name)
+        # without a group, or in group 0, is the same
+        same = all(kept.get(k, 0.0) == v for k, v in values.items())
+        same |= name == GEOMETRICAL and "tags of entities" in listed
+        groups = {} if family.startswith("vt") else group_by_cell(again, family)
+        as_group = values.items() <= groups.items()
+        assert same or name in listed or as_group, name
+    for name, values in mesh.point_data.items():
+        if name in listed or (name == DIM_TAGS and "entities" in listed):
+            continue
+        if name in (REF, DIM_TAGS) and name not in again.point_data:
+            assert name == DIM_TAGS or not values.any()
+            continue
+        if name == REF and family == "medit" and not values.any():
+            continue  # it has those of the points that are cells
+        np.testing.assert_array_equal(again.point_data[name], values)
+    assert again.names == mesh.names or all(name in listed for name in mesh.names)
+
+
+def test_gmsh_entities_in_several_groups(tmp_path, caplog):
+    text = MESH_41.replace("1 0 0 0 1 1 1 1 7 1 4", "1 0 0 0 1 1 1 3 7 9 5 1 4")
+    mesh, _ = read(text_mesh(tmp_path, text))
+    assert mesh.more_groups == {(3, 1): (9, 5)}
+    for binary in (False, True):
+        encoding = Encoding("gmsh", "4.1", binary)
+        write(tmp_path / "again.msh", mesh, encoding)
+        assert read(tmp_path / "again.msh")[0].more_groups == mesh.more_groups
+    assert warnings_of(caplog) == []
+    for name in ("gmsh22", "vtk", "vtu", "medit", "meditb"):
+        lost = write(tmp_path / "out", mesh, FORMATS[name].default).lost
+        assert "all but the first physical group of an entity" in lost

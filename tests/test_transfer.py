@@ -17,7 +17,16 @@ from meshopt_cli import formats
 from meshopt_cli.cli.config import Request, plan_for
 from meshopt_cli.errors import ConfigError
 from meshopt_cli.job import optimize
-from meshopt_cli.mesh import DIM_TAGS, GEOMETRICAL, REF, Block, cast, with_depth, with_regions
+from meshopt_cli.mesh import (
+    DIM_TAGS,
+    GEOMETRICAL,
+    MAX_LABELS,
+    REF,
+    Block,
+    cast,
+    with_depth,
+    with_regions,
+)
 from meshopt_cli.transfer import find
 
 NO_REQUEST = Request("standard", None, None, (), None, None, None, None)
@@ -290,6 +299,19 @@ def test_arrays_on_a_part_of_the_cells(caplog):
     assert set(first.data["x"]) <= set(mesh.blocks[0].data["x"])
     (message,) = [r.getMessage() for r in caplog.records if "dropped" in r.getMessage()]
     assert message.endswith(": pair")
+
+
+def test_numbers_of_which_few_are_left_make_no_regions():
+    """65 values number the cells; when one of them is gone, the others would pass for tags."""
+    mesh = shaken(tet_grid(4), 0.6)
+    data = mesh.blocks[0].data
+    data["number"] = np.arange(len(mesh.blocks[0].cells))
+    gone = set(data["number"]) - set(cells_and(optimized(mesh), "number")[1])
+    assert gone
+    data["number"] = data["number"] % MAX_LABELS
+    data["number"][min(gone)] = MAX_LABELS
+    left = cells_and(optimized(mesh), "number")[1]
+    assert set(left) <= set(range(MAX_LABELS))
 
 
 # Which arrays make regions ----------------------------------------------------------------

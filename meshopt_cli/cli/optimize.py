@@ -108,6 +108,7 @@ def command(
     plan_for(request)  # what is wrong with the options is said before the mesh is read
     for path in reports:
         form_of(path)
+    formats.require_place(output)
     clock = [time.perf_counter()]
     mesh, source = formats.read(input, input_format)
     binary = None if ascii is None else not ascii

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -10,6 +12,8 @@ from ..errors import EXIT_DONE, EXIT_FILES, BadMeshError, MeshoptError
 from .naming import naming
 from .options import measure_option, verbosity_options
 from .output import REPORT_FORMATS
+
+log = logging.getLogger("meshopt")
 
 # Rules without which cells have no shape to measure.
 READABLE = ("M00",)
@@ -32,7 +36,7 @@ def command(
 ) -> int:
     """Show the quality of meshes as the rows of Table 18.3."""
     from .. import __version__, formats
-    from ..mesh import cast
+    from ..partial import measurable
     from ..quality import DEFAULT_MEASURE, MEASURES, measure_named, summarize
     from ..report.model import Report
     from ..validity import check
@@ -50,11 +54,15 @@ def command(
             with naming(path):
                 if not check(mesh, READABLE).is_valid:
                     raise BadMeshError("the mesh is not valid: see meshopt check")
-                summary = summarize(cast(mesh), chosen, others)
+                part = measurable(mesh)
+                summary = summarize(part.simplices, chosen, others)
         except MeshoptError as error:
             click.echo(f"meshopt: {error}", err=True)
             status = max(status, error.exit_status)
             continue
+        for note in part.notes:
+            log.warning("%s: %s", path, note)
+        summary = replace(summary, n_points=part.n_points)
         reports.append(Report(__version__, facts_of(source), summary))
     if reports and output is None:
         print_report(reports, form)

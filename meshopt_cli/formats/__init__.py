@@ -17,6 +17,7 @@ import numpy as np
 
 from ..errors import ConfigError, ReadError, WriteError
 from ..mesh import Array, Block, Mesh
+from .atomic import target_of
 from .numbering import Numbering, numbering
 from .sniff import HEAD, Encoding, UnreadableError, encoding_of
 from .streams import PIPE, ZIPPED, as_file, contents, extension, written
@@ -24,7 +25,7 @@ from .table import FORMATS, Format
 from .vtk import VTK_VERSIONS, VTU_VERSIONS
 
 __all__ = ["FORMATS", "PIPE", "Encoding", "Format", "Numbering", "Source", "Written"]
-__all__ += ["encoding_for"]
+__all__ += ["encoding_for", "require_place"]
 __all__ += ["numbering", "read", "sniff", "write"]
 
 log = logging.getLogger("meshopt")
@@ -223,7 +224,24 @@ def _row(file_format: str) -> Format:
     return FORMATS[file_format]
 
 
+def require_place(path: Path) -> None:
+    """Find out ahead whether a file can be put somewhere, as far as that can be told.
+
+    Raises
+    ------
+    WriteError
+        With one line that says what is wrong.
+    """
+    try:
+        if path != PIPE:
+            target_of(path)
+    except OSError as error:
+        raise WriteError(f"{path}: cannot be written: {_reason(error)}") from error
+
+
 def _reason(error: OSError) -> str:
+    if error.errno is None and str(error).endswith(" written"):  # so says numpy of a part
+        return "no space left on device, or a limit reached"
     return (error.strerror or str(error)).lower()
 
 
@@ -281,4 +299,4 @@ def _owned(mesh: Mesh) -> Mesh:
         Block(b.type, np.require(b.cells, np.int64, ["C", "W"]), own(b.data), b.entities)
         for b in mesh.blocks
     ]
-    return Mesh(points, blocks, own(mesh.point_data), mesh.names)
+    return replace(mesh, points=points, blocks=blocks, point_data=own(mesh.point_data))

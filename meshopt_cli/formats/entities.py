@@ -19,11 +19,17 @@ from ..mesh import DIM_TAGS, GEOMETRICAL, PHYSICAL, Array, Block, dimension_of
 __all__ = ["DIM_TAGS", "GEOMETRICAL", "PHYSICAL", "by_entity", "classify", "write"]
 
 
-def by_entity(blocks: list[Block]) -> list[Block]:
+def by_entity(blocks: list[Block]) -> tuple[list[Block], bool]:
     """Cut blocks up so that each lies on one entity, which has one physical group.
 
     Parts of an entity in different groups, all but the first, get new entities. In each
     of the new blocks, "gmsh:geometrical" and "gmsh:physical" are the same for all cells.
+
+    Returns
+    -------
+    blocks : list of Block
+    renumbered : bool
+        Whether there are new entities.
     """
     blocks = [block for block in blocks if len(block.cells)]
     top = [0, 0, 0, 0]
@@ -32,7 +38,7 @@ def by_entity(blocks: list[Block]) -> list[Block]:
         top[dimension] = max(top[dimension], int(block.data[GEOMETRICAL].max()))
     group_of: dict[tuple[int, int], int] = {}
     homes: dict[tuple[int, int, int], int] = {}
-    parts = []
+    parts, renumbered = [], False
     for block in blocks:
         dimension, zeros = dimension_of(block.type), np.zeros(len(block.cells), np.int64)
         keys = np.column_stack([block.data[GEOMETRICAL], block.data.get(PHYSICAL, zeros)])
@@ -40,13 +46,14 @@ def by_entity(blocks: list[Block]) -> list[Block]:
             if (dimension, tag, group) not in homes:
                 fits = group_of.setdefault((dimension, tag), group) == group
                 top[dimension] += not fits
+                renumbered |= not fits
                 homes[dimension, tag, group] = tag if fits else top[dimension]
             rows = slice(None) if len(here) == len(block.cells) else here
             data = {name: values[rows] for name, values in block.data.items()}
             data[GEOMETRICAL] = np.full(len(here), homes[dimension, tag, group])
             data[PHYSICAL] = np.full(len(here), group)
             parts.append(Block(block.type, block.cells[rows], data, block.entities))
-    return parts
+    return parts, renumbered
 
 
 def classify(n: int, blocks: list[Block]) -> Array:
@@ -67,11 +74,18 @@ def classify(n: int, blocks: list[Block]) -> Array:
     return dim_tags
 
 
-def write(f: BinaryIO, points: Array, blocks: list[Block], dim_tags: Array, binary: bool) -> None:
+def write(
+    f: BinaryIO,
+    points: Array,
+    blocks: list[Block],
+    dim_tags: Array,
+    more_groups: dict[tuple[int, int], tuple[int, ...]],
+    binary: bool,
+) -> None:
     """Write every entity that has nodes or cells, or bounds one that has.
 
     The blocks are as `by_entity` makes them; the points have three coordinates, and dimension
-    and tag of their entity in the (np, 2) dim_tags.
+    and tag of their entity in the (np, 2) dim_tags. `Mesh` says what more_groups are.
     """
     nodes = {key: [own] for key, own in _alike(dim_tags)}
     groups: dict[tuple[int, int], list[int]] = {}
@@ -92,7 +106,8 @@ def write(f: BinaryIO, points: Array, blocks: list[Block], dim_tags: Array, bina
         x = points[np.concatenate([np.empty(0, np.int64), *nodes[key]])]
         x = x if len(x) else np.zeros((1, 3))
         box = np.concatenate([np.fmin.reduce(x), np.fmax.reduce(x)])[: 6 if dimension else 3]
-        group, bound = groups.get(key, []), bounds.get(key, np.empty(0, int))
+        group = [*groups.get(key, []), *more_groups.get(key, ())]
+        bound = bounds.get(key, np.empty(0, int))
         ends: list[tuple[str, ArrayLike]]
         ends = [("u8", len(bound)), ("i4", bound)] if dimension else []
         _put(f, binary, ("i4", tag), ("f8", box), ("u8", len(group)), ("i4", group), *ends)

@@ -69,7 +69,7 @@ def read(path: Path, data: bytes, encoding: Encoding) -> Mesh:
             elif section == "Elements" and old:
                 elements = gmsh_elements.read_22(content, text, notes)
             elif section == "Elements":
-                elements = gmsh_elements.read_41(content, text, size, groups, bounds, notes)
+                elements = gmsh_elements.read_41(content, text, size, groups, bounds)
             elif section in ("NodeData", "ElementData"):
                 views.append((section, *_read_view(f, text)))
             elif section != "Comments":
@@ -89,6 +89,9 @@ def read(path: Path, data: bytes, encoding: Encoding) -> Mesh:
     for block in blocks:
         block.cells = common._gmsh_to_meshio_order(block.type, _places(tags, block.cells))
     mesh = Mesh(points[order], blocks, {}, {n: (int(t), int(d)) for n, (t, d) in names.items()})
+    for dimension, of in enumerate(groups):
+        several = {(dimension, int(tag)): group[1:] for tag, group in of.items()}
+        mesh.more_groups |= {key: tuple(map(int, more)) for key, more in several.items() if more}
     if dim_tags is not None:
         mesh.point_data[DIM_TAGS] = dim_tags[order]
     for section, name, rows, values in views:
@@ -148,14 +151,15 @@ def write(path: Path, mesh: Mesh, encoding: Encoding) -> None:
     """Write a mesh.
 
     Its points have three coordinates, its blocks "gmsh:geometrical" and types out of
-    `cell_types`. Arrays become views: they are of numbers, of a width in `VIEW_WIDTHS`.
+    `cell_types`; for version 4.1, they are as `entities.by_entity` makes them. Arrays become
+    views: they are of numbers, of a width in `VIEW_WIDTHS`.
     """
     import meshio
     from meshio.gmsh import _gmsh22, _gmsh41, common
 
     binary, old = encoding.binary, encoding.format == "gmsh22"
     points = mesh.points.astype(np.float64)
-    blocks = mesh.blocks if old else entities.by_entity(mesh.blocks)
+    blocks = mesh.blocks
     with path.open("wb") as f, listening(logging.INFO):
         cells = [meshio.CellBlock(block.type, block.cells) for block in blocks]
         tags = {GEOMETRICAL: [block.data[GEOMETRICAL] for block in blocks]}
@@ -166,7 +170,7 @@ def write(path: Path, mesh: Mesh, encoding: Encoding) -> None:
             tags[PHYSICAL] = [b.data.get(PHYSICAL, np.zeros(len(b.cells), int)) for b in blocks]
         else:
             dim_tags = mesh.point_data.get(DIM_TAGS, entities.classify(len(points), blocks))
-            entities.write(f, points, blocks, dim_tags, binary)
+            entities.write(f, points, blocks, dim_tags, mesh.more_groups, binary)
         if old and binary:
             _gmsh22._write_nodes(f, points, "", binary)
             _gmsh22._write_elements(f, cells, tags, binary)

@@ -101,7 +101,7 @@ def _alike(flat: Array, width: int, columns: Array, most: int) -> Array:
 
 
 def read_41(
-    content: bytes, text: bool, size: int, groups: list[dict], bounds: list[dict], notes: list[str]
+    content: bytes, text: bool, size: int, groups: list[dict], bounds: list[dict]
 ) -> Elements:
     """Read what stands in $Elements of a file of version 4.1, block by block.
 
@@ -130,8 +130,6 @@ def read_41(
 
     known = _known()
     found = [group for groups_of in groups for group in groups_of.values() if group]
-    if any(len(group) > 1 for group in found):
-        notes.append("of entities in several physical groups, only the first is kept")
     n_blocks, n, _, _ = take(f"i{size}", 4).tolist()
     blocks, labels = [], []
     for _ in range(n_blocks):

@@ -84,9 +84,10 @@ def attach(mesh: Mesh, found: dict[str, Array]) -> list[str]:
         vertices, numbers = _there(pairs, found[pairs] - 1, at, lost).T
         if len(np.unique(vertices)) < len(vertices):
             lost.append(f"all but the last of several {section} at a vertex")
-        values = np.full((len(mesh.points), vectors.shape[1]), np.nan)
-        values[vertices] = vectors[numbers]
-        mesh.point_data[name] = values
+        if len(vertices):
+            values = np.full((len(mesh.points), vectors.shape[1]), np.nan)
+            values[vertices] = vectors[numbers]
+            mesh.point_data[name] = values
     return lost
 
 

@@ -23,7 +23,7 @@ from ..mesh import (
     tags_of,
     with_depth,
 )
-from . import gmsh, medit, medit_lists, vtk
+from . import entities, gmsh, medit, medit_lists, vtk
 from .entities import DIM_TAGS, GEOMETRICAL, PHYSICAL
 from .medit import REF
 from .sniff import Encoding
@@ -46,26 +46,39 @@ def for_gmsh(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
     new = encoding.format == "gmsh"
     dropped = [] if new else _model(mesh)
     label = _label(mesh)
-    blocks = []
-    for block in _held(mesh.blocks, gmsh.cell_types(), dropped):
+    held = _held(mesh.blocks, gmsh.cell_types(), dropped)
+    tags_of_blocks: list[dict[str, Array]] = []
+    for block in held:
+        tags: dict[str, Array | None]
         tags = {name: _tags(block.data.get(name)) for name in (PHYSICAL, GEOMETRICAL)}
         asked = _tags(block.data.get(mesh.regions[0])) if mesh.regions else None
         if asked is not None:
+            dropped += [PHYSICAL] * (tags[PHYSICAL] is not None and mesh.regions != (PHYSICAL,))
             tags[PHYSICAL] = asked
         elif all(values is None for values in tags.values()):
             tags = {PHYSICAL: _tags(block.data.get(REF, block.data.get(label)))}
-        group, ref = tags.get(PHYSICAL), block.data.get(REF)
-        said = group is not None and ref is not None and np.array_equal(group, ref)
-        data = _views(block.data, (PHYSICAL, GEOMETRICAL, REF)[: 2 + said], dropped)
-        data |= {name: values for name, values in tags.items() if values is not None}
+        tags_of_blocks.append({n: values for n, values in tags.items() if values is not None})
+    # references that are the groups everywhere need no view
+    same = all(
+        np.array_equal(found.get(PHYSICAL, ()), block.data[REF])
+        for block, found in zip(held, tags_of_blocks, strict=True)
+        if REF in block.data
+    )
+    blocks = []
+    for block, found in zip(held, tags_of_blocks, strict=True):
+        data = _views(block.data, (PHYSICAL, GEOMETRICAL, REF)[: 2 + same], dropped) | found
         blocks.append(Block(block.type, block.cells, data, block.entities if new else None))
     _number_entities(blocks)
+    if new:
+        blocks, renumbered = entities.by_entity(blocks)
+        dropped += ["the tags of entities in several groups"] * renumbered
     idle = [name for name in (REF,) if not np.any(mesh.point_data.get(name, 0))]
     point_data = _views(mesh.point_data, (DIM_TAGS, *idle), dropped)
     if new and DIM_TAGS in mesh.point_data:
         point_data[DIM_TAGS] = mesh.point_data[DIM_TAGS]
     names = {name.replace('"', "'"): group for name, group in mesh.names.items()}
-    return Mesh(_in_space(mesh.points), blocks, point_data, names), dropped
+    more = mesh.more_groups if new else {}
+    return Mesh(_in_space(mesh.points), blocks, point_data, names, more), dropped
 
 
 def _number_entities(blocks: list[Block]) -> None:
@@ -169,7 +182,8 @@ def _names(mesh: Mesh) -> list[str]:
 def _model(mesh: Mesh) -> list[str]:
     """What of a mesh only Gmsh's version 4.1 can hold."""
     here = DIM_TAGS in mesh.point_data or any(b.entities is not None for b in mesh.blocks)
-    return ["the entities of nodes and their bounds"] * here
+    several = ["all but the first physical group of an entity"] * bool(mesh.more_groups)
+    return ["the entities of nodes and their bounds"] * here + several
 
 
 def _held(blocks: list[Block], known: Collection[str], dropped: list[str]) -> list[Block]:
