@@ -1,13 +1,17 @@
-"""The judge of the benchmark, on shapes that are known."""
+"""The judge of the benchmark on shapes that are known, and the files it has the peers read."""
 
 from __future__ import annotations
 
+import json
 import math
+import subprocess
+import sys
 
+import judge
+import native
 import numpy as np
 import pytest
-from benchmarks import judge
-from benchmarks.judge import Part
+from judge import Part
 
 REGULAR = np.array([[1, 1, 1], [-1, -1, 1], [-1, 1, -1], [1, -1, -1]], dtype=float)
 TRIANGLE = np.array([[0, 0], [1, 0], [0.5, math.sqrt(3) / 2]])
@@ -109,3 +113,49 @@ def test_points_are_found_where_they_are():
     assert np.array_equal(found[:3], found[200:])
     assert np.array_equal(found[3:200], np.arange(3, 200))
     assert judge.find(known[:1] + 1e-3, known, 1e-9)[0] == -1
+
+
+@pytest.mark.parametrize(
+    ("suffix", "write", "read"),
+    [
+        (".mesh", native.write_medit, lambda path: native.read_medit(path, 3)),
+        (".vol", native.write_netgen, native.read_netgen),
+        (".node", native.write_tetgen, native.read_tetgen),
+    ],
+    ids=["medit", "netgen", "tetgen"],
+)
+def test_files_of_peers_come_back(tmp_path, suffix, write, read):
+    before = cube((1, 1, 1, 2, 2, 2))
+    before.points[7] += 1 / 3
+    path = tmp_path / f"cube{suffix}"
+    write(path, before)
+    after = read(path)
+    assert np.array_equal(after.points, before.points)
+    assert np.array_equal(after.cells, before.cells)
+    assert np.array_equal(after.region, before.region)
+
+
+def test_a_plane_is_laid_flat():
+    turned, _ = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))
+    points = np.array([[0, 0, 0], [4, 0, 0], [0, 3, 0]]) @ turned + 7
+    flat = native.oriented(
+        native.Plane(points).flatten(points), np.array([[0, 1, 2]]), np.ones(1, int)
+    )
+    assert judge.volumes(flat)[0] == pytest.approx(6)
+
+
+def test_the_meter_ends_what_takes_too_long(tmp_path):
+    log = tmp_path / "log"
+    call = [sys.executable, "-I", "-S", native.__file__.replace("native", "child"), "meter"]
+
+    def measured(limit, code):
+        command = [*call, limit, "0", str(log), sys.executable, "-S", "-c", code]
+        return json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
+
+    late = measured("0.2", "import time; time.sleep(20)")
+    assert late["late"]
+    assert late["seconds"] < 10
+    failed = measured("20", "print('so'); raise SystemExit(3)")
+    assert failed["status"] == 3
+    assert not failed["late"]
+    assert log.read_text() == "so\n"

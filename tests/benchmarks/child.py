@@ -7,6 +7,7 @@ mesh, and print the seconds without reading and writing.
 
 import json
 import os
+import signal
 import sys
 import time
 
@@ -26,8 +27,6 @@ def meter(limit: str, cores: str, log: str, *command: str) -> dict[str, float]:
     log : str
         File for what it prints.
     """
-    import signal
-
     output = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)
     start = time.perf_counter()
     child = os.fork()
@@ -50,7 +49,11 @@ def meter(limit: str, cores: str, log: str, *command: str) -> dict[str, float]:
 
     signal.signal(signal.SIGALRM, end)
     signal.setitimer(signal.ITIMER_REAL, float(limit))
-    _, status, usage = os.wait4(child, 0)
+    try:
+        _, status, usage = os.wait4(child, 0)
+    except BaseException:  # it has a session of its own, which no Ctrl-C reaches
+        os.killpg(child, signal.SIGKILL)
+        raise
     seconds = time.perf_counter() - start
     signal.setitimer(signal.ITIMER_REAL, 0)
     unit = 2**20 if sys.platform == "darwin" else 2**10

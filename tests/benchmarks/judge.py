@@ -5,7 +5,7 @@ It shares no code with what it judges: the formulas are written down again from 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -13,8 +13,9 @@ import numpy as np
 Array = np.ndarray
 
 RANKS = (1, 2, 3, 10)
-# Parts of the extent of the mesh that coordinates may differ by: text formats round them.
-SAME = 1e-9
+# What coordinates may differ by, for tools and text formats round them: parts of the extent of
+# the mesh, and units in the last place of the greatest coordinate, whichever is more.
+SAME, LAST_PLACES = 1e-9, 4
 # Part of the volume of the mesh that the volume of a region may differ by.
 VOLUME = 1e-6
 # Facets of a triangle and a tetrahedron, each opposite to the vertex of its number, turned
@@ -70,7 +71,7 @@ class Verdict:
     angle_min: float
     angle_max: float
     invalid: int
-    boundary: str = field(default="kept")
+    boundary: str = "kept"
 
 
 def volumes(part: Part) -> Array:
@@ -123,11 +124,9 @@ def walls(part: Part) -> tuple[Array, Array, Array]:
     order = np.lexsort((region, *key.T))
     same = np.all(key[order][1:] == key[order][:-1], axis=1)
     first = np.r_[True, ~same]
-    second = np.r_[False, same]
     inside = region[order]
     outside = np.r_[np.where(same, inside[1:], 0), 0]
-    # A facet of more than two cells counts each time.
-    wanted = (first | np.r_[second[1:] & second[:-1], False]) & (inside != outside)
+    wanted = first & (inside != outside)
     return every[order][wanted], inside[wanted], outside[wanted]
 
 
@@ -154,13 +153,14 @@ def judge(part: Part, before: Part | None = None) -> Verdict:
 
 def compare(before: Part, after: Part) -> str:
     """Say "kept", or what changed of the boundary, the interfaces or the regions."""
-    extent = float(np.max(np.ptp(before.points[np.unique(before.cells)], axis=0)))
+    extent, greatest = np.max(np.ptp(before.points, axis=0)), np.max(np.abs(before.points))
+    tolerance = max(SAME * extent, LAST_PLACES * np.spacing(greatest))
     old, new = walls(before)[0], walls(after)[0]
     known = before.points[np.unique(old)]
     sets = []
     for part, facets in ((before, old), (after, new)):
         used, place = np.unique(facets, return_inverse=True)
-        names = find(part.points[used], known, SAME * extent)
+        names = find(part.points[used], known, tolerance)
         if np.any(names < 0):
             return f"{np.count_nonzero(names < 0)} vertices moved or new"
         sets.append({tuple(row) for row in np.sort(names[place.reshape(facets.shape)]).tolist()})

@@ -86,32 +86,38 @@ def write_gmsh(path: Path, part: Part) -> None:
     """
     import gmsh
 
+    gmsh.initialize(readConfigFiles=False)
+    try:
+        for option, value in (("General.Terminal", 0), ("Mesh.Binary", 1), ("Mesh.SaveAll", 1)):
+            gmsh.option.setNumber(option, value)
+        _build(gmsh.model, part)
+        gmsh.write(str(path))
+    finally:
+        gmsh.finalize()
+
+
+def _build(model, part: Part) -> None:
     facets, label, pairs = labels(part)
     surface = np.zeros(len(part.points), np.int64)
     surface[facets.reshape(-1)] = np.repeat(label, 3)
     volume = np.zeros(len(part.points), np.int64)
     volume[part.cells.reshape(-1)] = np.repeat(part.region, 4)
-    gmsh.initialize(readConfigFiles=False)
-    for option, value in (("General.Terminal", 0), ("Mesh.Binary", 1), ("Mesh.SaveAll", 1)):
-        gmsh.option.setNumber(option, value)
-    gmsh.model.add("mesh")
+    model.add("mesh")
+    entities = []
     for number in range(1, len(pairs) + 1):
-        gmsh.model.addDiscreteEntity(2, number)
-        _add(gmsh, 2, number, part, surface == number, facets[label == number])
+        model.addDiscreteEntity(2, number)
+        entities.append((2, number, surface == number, facets[label == number]))
     for region in np.unique(part.region).tolist():
-        gmsh.model.addDiscreteEntity(3, region, (1 + np.nonzero(pairs == region)[0]).tolist())
+        model.addDiscreteEntity(3, region, (1 + np.nonzero(pairs == region)[0]).tolist())
         own = (surface == 0) & (volume == region)
-        _add(gmsh, 3, region, part, own, part.cells[part.region == region])
-    gmsh.write(str(path))
-    gmsh.finalize()
-
-
-def _add(gmsh, dimension: int, tag: int, part: Part, nodes: Array, cells: Array) -> None:
-    gmsh.model.mesh.addNodes(
-        dimension, tag, 1 + np.flatnonzero(nodes), part.points[nodes].reshape(-1)
-    )
-    kind = {2: 2, 3: 4}[dimension]
-    gmsh.model.mesh.addElementsByType(tag, kind, [], 1 + cells.reshape(-1))
+        entities.append((3, region, own, part.cells[part.region == region]))
+    # Cells may have nodes of any entity: all nodes must be there first.
+    for dimension, tag, nodes, _ in entities:
+        numbers, coordinates = 1 + np.flatnonzero(nodes), part.points[nodes].reshape(-1)
+        model.mesh.addNodes(dimension, tag, numbers, coordinates)
+    for dimension, tag, _, cells in entities:
+        kind = {2: 2, 3: 4}[dimension]
+        model.mesh.addElementsByType(tag, kind, [], 1 + cells.reshape(-1))
 
 
 def write_medit(path: Path, part: Part) -> None:

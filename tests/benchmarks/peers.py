@@ -38,6 +38,8 @@ CHILD = Path(__file__).with_name("child.py")
 SAMPLES = Path(__file__).parents[2] / "samples"
 # Small meshes by dimension: a first run on them compiles all kernels there are.
 WARM_UP = {2: SAMPLES / "quadtree.vtk", 3: SAMPLES / "grid.vtk"}
+# How tools say what the optimization took.
+SECONDS = r'(?:"optimize":|LIB: ELAPSED TIME|Optimization seconds:)\s*([\d.e-]+)'
 COLUMNS = (
     ("tool", "left"),
     ("status", "left"),
@@ -68,10 +70,9 @@ class Job:
     folder: Path
 
     def prepared(self, name: str, write: Callable[[Path, Part], None]) -> Path:
-        """The mesh in another kind of file, which is written at the first call."""
+        """The mesh in another kind of file."""
         path = self.folder / name
-        if not path.exists():
-            write(path, self.part)
+        write(path, self.part)
         return path
 
 
@@ -113,7 +114,7 @@ class Tool:
         raise NotImplementedError
 
     def command(self, job: Job) -> list[str]:
-        """The command line; it writes the files it reads when they are not there."""
+        """The command line, for which the files it reads are written."""
         raise NotImplementedError
 
     def result(self, job: Job) -> Part:
@@ -122,7 +123,7 @@ class Tool:
 
     def optimize(self, log: str) -> float | None:
         """Seconds of the optimization alone, from what the command printed."""
-        found = re.findall(r'"optimize": ([\d.e-]+)', log)
+        found = re.findall(SECONDS, log)
         return float(found[-1]) if found else None
 
 
@@ -135,18 +136,11 @@ class Meshopt(Tool):
         return f"meshopt {__version__}"
 
     def command(self, job: Job) -> list[str]:
-        return self._command(job.source, self._target(job))
-
-    def warm(self, job: Job) -> None:
-        """Compile the kernels, which is once on a machine and no part of a run."""
-        _warm_up(tuple(self._command(WARM_UP[job.part.dimension], job.folder / "warm.vtk")))
+        start = [sys.executable, "-m", "meshopt_cli", "optimize"]
+        return [*start, str(job.source), str(self._target(job)), *self.arguments, "--json"]
 
     def result(self, job: Job) -> Part:
         return native.read_any(self._target(job), job.plane)[0]
-
-    def _command(self, source: Path, target: Path) -> list[str]:
-        start = [sys.executable, "-m", "meshopt_cli", "optimize", str(source), str(target)]
-        return [*start, *self.arguments, "--json"]
 
     def _target(self, job: Job) -> Path:
         return job.folder / f"meshopt-out{''.join(job.source.suffixes[-2:])}"
@@ -180,7 +174,7 @@ class Mmg(Tool):
     def command(self, job: Job) -> list[str]:
         source = job.prepared("mmg.mesh", native.write_medit)
         target = job.folder / "mmg-out.mesh"
-        return [str(self._path()), "-v", "0", *self.arguments, str(source), str(target)]
+        return [str(self._path()), "-v", "1", *self.arguments, str(source), str(target)]
 
     def result(self, job: Job) -> Part:
         return native.read_medit(job.folder / "mmg-out.mesh", *self.dimensions)
@@ -247,7 +241,7 @@ def run(name: str, job: Job, runs: int, limit: float, cores: int) -> Result:
     if version is None:
         return Result(name, "absent")
     if isinstance(tool, Meshopt):
-        tool.warm(job)
+        _warm_up(job.part.dimension)
     try:
         command = tool.command(job)
     except Exception as error:  # libraries raise anything
@@ -296,8 +290,8 @@ def compare(source: Path, names: list[str], options: argparse.Namespace) -> Iter
 
 def row(result: Result) -> list[str]:
     """The cells of the table, in the order of `COLUMNS`."""
-    figures = [_figure(v, 2) for v in (result.seconds, result.optimize)] + [_figure(result.peak, 0)]
-    start = [result.tool, result.status, *figures]
+    times = ("" if v is None else f"{v:.3g}" for v in (result.seconds, result.optimize))
+    start = [result.tool, result.status, *times, _figure(result.peak, 0)]
     verdict = result.verdict
     if verdict is None:
         return [*start, *[""] * (len(COLUMNS) - len(start))]
@@ -305,7 +299,7 @@ def row(result: Result) -> list[str]:
         *start,
         *(_figure(p, 2) for p in verdict.percent),
         f"{verdict.worst:.4g}",
-        f"{verdict.mean:.3f}" if math.isfinite(verdict.mean) else "inf",
+        _figure(verdict.mean, 3),
         _figure(verdict.angle_min, 1),
         _figure(verdict.angle_max, 1),
         f"{verdict.cells:,}",
@@ -355,7 +349,7 @@ def main(arguments: list[str] | None = None) -> int:
             table.add_row(*cells)
         console.print(table)
         texts.append(markdown(path.name, rows))
-        records += [{"mesh": path.name, **asdict(result)} for result in results]
+        records += [_record(path, result) for result in results]
     if options.markdown:
         options.markdown.write_text("\n".join(texts), encoding="utf-8")
     if options.json:
@@ -375,6 +369,15 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _record(path: Path, result: Result) -> dict[str, object]:
+    record = {"mesh": path.name, **asdict(result)}
+    verdict = record["verdict"] or {}
+    for name in ("worst", "mean"):
+        if not math.isfinite(verdict.get(name, 0.0)):
+            verdict[name] = None  # JSON has no infinity
+    return record
+
+
 def _child(*words: str | Path) -> list[str]:
     return [sys.executable, str(CHILD), *map(str, words)]
 
@@ -385,14 +388,20 @@ def _package(module: str, distribution: str, title: str) -> str | None:
 
 @cache
 def _printed(program: str, option: str, pattern: str, title: str) -> str:
-    told = subprocess.run([program, option], capture_output=True, text=True, check=False)
+    # One of them ends by an exception, with what it printed still in its buffer.
+    command = [*(["stdbuf", "-o0"] if shutil.which("stdbuf") else []), program, option]
+    told = subprocess.run(command, capture_output=True, text=True, check=False)
     found = re.search(pattern, told.stdout + told.stderr)
     return f"{title} {found[1].rstrip('.')}" if found else title
 
 
 @cache
-def _warm_up(command: tuple[str, ...]) -> None:
-    subprocess.run(command, capture_output=True, check=False)
+def _warm_up(dimension: int) -> None:
+    """Compile our kernels, which is done once on a machine and no part of a run."""
+    with tempfile.TemporaryDirectory() as folder:
+        files = [str(WARM_UP[dimension]), str(Path(folder) / "warm.vtk")]
+        command = [sys.executable, "-m", "meshopt_cli", "optimize", *files, "--preset", "best"]
+        subprocess.run(command, capture_output=True, check=False)
 
 
 def _libraries(folder: Path) -> None:
