@@ -21,7 +21,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from functools import cache
 from importlib import metadata, util
 from pathlib import Path
@@ -62,18 +62,36 @@ COLUMNS = (
 
 @dataclass
 class Job:
-    """A mesh to optimize: where it came from, what it is, and a folder to work in."""
+    """A mesh to optimize: where it came from, what it is, and a folder to work in.
+
+    Attributes
+    ----------
+    folder : Path
+        Of all tools; what one wrote is gone before the next runs.
+    ready : set of str
+        Names of the files there that tools read.
+    """
 
     source: Path
     part: Part
     plane: native.Plane | None
     folder: Path
+    ready: set[str] = field(default_factory=set)
 
     def prepared(self, name: str, write: Callable[[Path, Part], None]) -> Path:
-        """The mesh in another kind of file."""
+        """The mesh in another kind of file, which is written once."""
         path = self.folder / name
-        write(path, self.part)
+        if name not in self.ready:
+            write(path, self.part)
+            self.ready.add(name)
         return path
+
+    def clear(self) -> None:
+        """Remove the files that tools wrote: none may be taken for that of another."""
+        stems = {Path(name).stem for name in self.ready}
+        for path in self.folder.iterdir():
+            if path.name.partition(".")[0] not in stems or ".1." in path.name:
+                path.unlink()
 
 
 @dataclass
@@ -259,10 +277,10 @@ def run(name: str, job: Job, runs: int, limit: float, cores: int) -> Result:
             result.status = f"failed ({took['status']}): {_line(text)}"
         if result.status != "ok":
             return result
-        for field, value in (*took.items(), ("optimize", tool.optimize(text))):
-            known = getattr(result, field, None)
-            if field in ("seconds", "cpu", "optimize") and value is not None:
-                setattr(result, field, value if known is None else min(known, value))
+        for figure, value in (*took.items(), ("optimize", tool.optimize(text))):
+            if figure in ("seconds", "cpu", "optimize") and value is not None:
+                known = getattr(result, figure)
+                setattr(result, figure, value if known is None else min(known, value))
         result.peak = max(result.peak or 0.0, took["peak"])
     try:
         result.verdict = judge(tool.result(job), job.part)
@@ -281,11 +299,12 @@ def compare(source: Path, names: list[str], options: argparse.Namespace) -> Iter
     if before.invalid:
         raise native.UnusableError(f"{before.invalid} cells are not positive: nothing to compare")
     yield Result("input", "", verdict=before)
-    for name in names:
-        if part.dimension in TOOLS[name].dimensions:
-            with tempfile.TemporaryDirectory() as folder:
-                job = Job(source.resolve(), part, plane, Path(folder))
+    with tempfile.TemporaryDirectory() as folder:
+        job = Job(source.resolve(), part, plane, Path(folder))
+        for name in names:
+            if part.dimension in TOOLS[name].dimensions:
                 yield run(name, job, options.runs, options.timeout, options.cores)
+                job.clear()
 
 
 def row(result: Result) -> list[str]:
