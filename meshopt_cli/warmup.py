@@ -1,7 +1,8 @@
-"""Compile all kernels ahead, in several processes at once.
+"""Compile kernels ahead, in several processes at once.
 
 numba compiles in one thread of a process. A first run would wait twice as long without this;
-later runs find the machine code in the cache. `python -m meshopt_cli.warmup` does it by hand.
+later runs find the machine code in the cache. Only the groups of kernels that a run needs are
+compiled before it; `python -m meshopt_cli.warmup` compiles all of them by hand.
 """
 
 from __future__ import annotations
@@ -9,12 +10,13 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 
 import numpy as np
 
 from .kernels import measures, relocate
-from .kernels._jit import CACHE_ROOT, is_compiled
+from .kernels._jit import CACHE_ROOT, missing, note
 from .kernels.audit import audit
 from .kernels.classify import TetType
 from .kernels.collapse import Collapse, sweep_collapse
@@ -55,7 +57,9 @@ def one_tet() -> Workspace:
 
 
 def compile_swap(work: Workspace) -> None:
-    sweep_swap(work.mesh, NOTHING, Swap(0, 0.0, False), work.scratch, no_counts())
+    how = Swap(0, 0.0, False)
+    sweep_swap(work.mesh, NOTHING, how, work.scratch, no_counts())
+    sweep_flip(work.mesh, NOTHING, how, work.scratch, no_counts())
 
 
 def compile_relax(work: Workspace) -> None:
@@ -86,9 +90,8 @@ def compile_mend(work: Workspace) -> None:
     sweep_mend(work.mesh, NOTHING, remedies, how, work.scratch, no_counts())
 
 
-def compile_rest(work: Workspace) -> None:
+def compile_basic(work: Workspace) -> None:
     mesh = work.mesh
-    sweep_flip(mesh, NOTHING, Swap(0, 0.0, False), work.scratch, no_counts())
     work.changed_vertices(0, 1.0)
     audit(mesh, 0.0)
     faces = mesh.cells[:1, :3]
@@ -111,57 +114,66 @@ def no_counts() -> np.ndarray:
     return np.zeros(N_VERDICTS, dtype=np.int64)
 
 
-# What each takes by itself, in any unit; the longest first.
-TASKS: dict[Callable[[Workspace], None], float] = {
-    compile_mend: 22,
-    compile_split: 7,
-    compile_relax: 4,
-    compile_collapse: 4,
-    compile_swap: 3,
-    compile_relocation: 3,
-    compile_rest: 3,
-    compile_check: 1,
+@dataclass(frozen=True)
+class Task:
+    """A group of kernels that are compiled together, and how long that takes, in any unit."""
+
+    compile: Callable[[Workspace], None]
+    weight: float
+
+
+# The longest first.
+TASKS: dict[str, Task] = {
+    "mend": Task(compile_mend, 25),
+    "split": Task(compile_split, 11),
+    "relax": Task(compile_relax, 7),
+    "basic": Task(compile_basic, 5),
+    "collapse": Task(compile_collapse, 5),
+    "swap": Task(compile_swap, 5),
+    "relocation": Task(compile_relocation, 4),
+    "check": Task(compile_check, 1),
 }
 
 
-def share_of(number: int, n_shares: int) -> list[Callable[[Workspace], None]]:
-    """The tasks of one process: each goes to the process that has the least to do."""
-    shares: list[list[Callable[[Workspace], None]]] = [[] for _ in range(n_shares)]
-    for task in TASKS:
-        min(shares, key=lambda tasks: sum(TASKS[t] for t in tasks)).append(task)
-    return shares[number]
+def shares_of(groups: Iterable[str], n_shares: int) -> list[list[str]]:
+    """The groups of each process: one goes to the process that has the least to do."""
+    shares: list[list[str]] = [[] for _ in range(n_shares)]
+    wanted = set(groups)
+    for group in TASKS:
+        if group in wanted:
+            min(shares, key=lambda share: sum(TASKS[g].weight for g in share)).append(group)
+    return [share for share in shares if share]
 
 
-def compile_share(number: int, n_shares: int) -> None:
-    """Compile what falls to one of so many processes."""
+def compile_here(groups: Iterable[str]) -> None:
+    """Compile some groups in this process."""
     work = one_tet()
-    for task in share_of(number, n_shares):
-        task(work)
+    for group in groups:
+        TASKS[group].compile(work)
+        note(group)
 
 
-def compile_all() -> None:
-    """Fill the cache, on as many cores as there are.
+def compile_groups(groups: Iterable[str]) -> None:
+    """Fill the cache with what is missing of some groups, on as many cores as there are.
 
     A process that fails is no harm: what it did not compile is compiled when it is needed.
     """
-    if is_compiled():
-        return
-    n_shares = min(len(TASKS), len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity")
-                   else os.cpu_count() or 1)  # fmt: skip
+    n_cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    shares = shares_of(missing(groups), n_cores or 1)
     environment = {**os.environ, "MESHOPT_CACHE_DIR": str(CACHE_ROOT)}
-    command = [sys.executable, "-m", "meshopt_cli.warmup"]
     helpers = [
         subprocess.Popen(
-            [*command, str(share), str(n_shares)],
+            [sys.executable, "-m", "meshopt_cli.warmup", *share],
             env=environment,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         )
-        for share in range(1, n_shares)
+        for share in shares[1:]
     ]
     try:
-        compile_share(0, n_shares)
+        for share in shares[:1]:
+            compile_here(share)
         for helper in helpers:
             helper.wait()
     finally:
@@ -171,6 +183,6 @@ def compile_all() -> None:
 
 if __name__ == "__main__":
     if len(sys.argv) > 1:
-        compile_share(int(sys.argv[1]), int(sys.argv[2]))
+        compile_here(sys.argv[1:])
     else:
-        compile_all()
+        compile_groups(TASKS)

@@ -14,6 +14,7 @@ from .kernels.ball import vertex_quality
 from .kernels.measures import measure_cells
 from .kernels.types import (
     CLOCK,
+    J_ALIVE,
     MAX_BALL,
     MAX_CREATED,
     MAX_KEPT,
@@ -370,17 +371,12 @@ def _new_scratch(capacity: int, n_points: int) -> Scratch:
         vertex_mark=np.zeros(n_points, dtype=np.int64),
         stamp=np.zeros(1, dtype=np.int64),
         journal=Journal(
-            rows=np.zeros(MAX_KEPT, dtype=np.int64),
-            cells=np.zeros((MAX_KEPT, 4), dtype=np.int64),
-            neighbours=np.zeros((MAX_KEPT, 4), dtype=np.int64),
+            cells=np.zeros((MAX_KEPT, J_ALIVE + 1), dtype=np.int64),
             quality=np.zeros(MAX_KEPT),
-            region=np.zeros(MAX_KEPT, dtype=np.int64),
-            alive=np.zeros(MAX_KEPT, dtype=bool),
             vertices=np.zeros((4 * MAX_KEPT, 3), dtype=np.int64),
             points=np.zeros((4 * MAX_KEPT, 3)),
             cell_mark=np.zeros(capacity, dtype=np.int64),
             vertex_mark=np.zeros(n_points, dtype=np.int64),
-            mesh_state=np.zeros(4, dtype=np.int64),
-            state=np.zeros(4, dtype=np.int64),
+            state=np.zeros(8, dtype=np.int64),
         ),
     )

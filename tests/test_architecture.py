@@ -9,6 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from meshopt_cli.passes import PASSES
+from meshopt_cli.warmup import TASKS, shares_of
+
 PACKAGE = Path(__file__).parent.parent / "meshopt_cli"
 SOURCES = sorted(PACKAGE.rglob("*.py"))
 # Where each library may be imported, as parts of the path below the package.
@@ -98,3 +101,11 @@ def test_start_up_is_small(module):
     )
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert ran.stdout.strip() == ""
+
+
+def test_every_pass_says_which_kernels_it_needs():
+    """A first run compiles these before it starts, and no others."""
+    groups = {group for kind in PASSES.values() for group in kind.kernels}
+    assert groups | {"basic", "check"} == set(TASKS)
+    shares = shares_of(TASKS, 3)
+    assert sorted(group for share in shares for group in share) == sorted(TASKS)

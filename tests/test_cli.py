@@ -39,7 +39,7 @@ except ImportError:
     termios = None
 
 ESCAPE = "\x1b"
-NOTICE = "compiling its kernels"  # said once on each machine, whatever the command
+NOTICE = "compiling kernels"  # said once on each machine, whatever the command
 
 needs_terminal = pytest.mark.skipif(termios is None, reason="this system has no pseudo-terminals")
 

@@ -112,7 +112,7 @@ def command(
     if checked and _needs_kernels(files, gates):
         from .terminal import compile_kernels
 
-        compile_kernels(verbosity < 0)
+        compile_kernels(verbosity < 0, ("basic", "check"))
     verdicts = []
     for verdict in examine_all(files, task, jobs):
         verdicts.append(verdict)

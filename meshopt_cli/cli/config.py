@@ -50,6 +50,11 @@ class Plan:
     pipeline: Pipeline
     measure: Measure
 
+    def kernels(self) -> list[str]:
+        """Groups of kernels that a run needs."""
+        passes = self.pipeline.passes()
+        return list(dict.fromkeys(("basic", *(group for p in passes for group in p.kernels))))
+
 
 def plan_for(request: Request, dimension: int = 3) -> Plan:
     """Put options, pipeline file and preset together; options win over the file.

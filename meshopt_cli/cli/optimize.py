@@ -122,7 +122,7 @@ def command(
         plan = plan_for(request, mesh.dimension())
         encoding = formats.encoding_for(output, source.encoding, file_format, binary)
         clock.append(time.perf_counter())
-        compile_kernels(verbosity < 0)
+        compile_kernels(verbosity < 0, plan.kernels())
         with progress(verbosity < 0) as observer, naming(input):
             slide = slide_tolerance if boundary == "slide" else None
             result = optimize(

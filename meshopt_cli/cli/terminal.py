@@ -6,7 +6,7 @@ import contextlib
 import logging
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 import click
@@ -95,15 +95,15 @@ def progress(quiet: bool) -> Iterator[Observer]:
         bars.close()
 
 
-def compile_kernels(quiet: bool) -> None:
-    """Compile the kernels if this is a first run, and say so, for it takes a while."""
-    from ..kernels._jit import is_compiled
+def compile_kernels(quiet: bool, groups: Iterable[str] = ("basic",)) -> None:
+    """Compile what is missing of some groups of kernels, and say so, for it takes a while."""
+    from ..kernels._jit import missing
 
-    if is_compiled():
+    if not missing(groups):
         return
     if not quiet:
-        notice = "meshopt: compiling its kernels, once on this machine (under a minute)"
+        notice = "meshopt: compiling kernels, once on this machine (under a minute)"
         click.echo(notice, err=True)
-    from ..warmup import compile_all
+    from ..warmup import compile_groups
 
-    compile_all()
+    compile_groups(groups)

@@ -8,18 +8,19 @@ cache lives in a folder named by the digest of all kernel sources.
 from __future__ import annotations
 
 import atexit
+import contextlib
 import hashlib
 import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
 import numba
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler import CompilerBase, DefaultPassBuilder, Flags
 from numba.core.compiler_machinery import PassManager, register_pass
 from numba.core.typed_passes import NativeLowering
 
@@ -67,9 +68,22 @@ CACHE_ROOT = _cache_root()
 CACHE_FOLDER = CACHE_ROOT / DIGEST
 
 
-def is_compiled() -> bool:
-    """Whether machine code of these sources was stored by an earlier run."""
-    return bool(numba.config.DISABLE_JIT) or any(CACHE_FOLDER.rglob("*.nbc"))
+def missing(groups: Iterable[str]) -> list[str]:
+    """Groups of kernels (see `warmup.TASKS`) that no run has compiled from these sources yet."""
+    if numba.config.DISABLE_JIT:
+        return []
+    return [group for group in groups if not _mark_of(group).exists()]
+
+
+def note(group: str) -> None:
+    """Note that a group of kernels is compiled."""
+    with contextlib.suppress(OSError):
+        CACHE_FOLDER.mkdir(parents=True, exist_ok=True)
+        _mark_of(group).touch()
+
+
+def _mark_of(group: str) -> Path:
+    return CACHE_FOLDER / f"{group}.compiled"
 
 
 class Bitcode(JITCodeLibrary):
@@ -106,8 +120,26 @@ class BitcodeLowering(NativeLowering):
         return True
 
 
+class KernelFlags(Flags):
+    """numba's options of one compilation, quick to look up.
+
+    They are part of the key under which it looks for the code of every operation, tens of
+    thousands of times; its own class goes over all options each time.
+    """
+
+    def __hash__(self) -> int:
+        return len(self._values)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Flags) and self._values == other._values
+
+
 class KernelCompiler(CompilerBase):
     """numba's compiler, ending in `Bitcode`."""
+
+    def __init__(self, *args: Any) -> None:
+        super().__init__(*args)
+        self.state.flags = KernelFlags(self.state.flags)
 
     def define_pipelines(self) -> list[PassManager]:
         usual = DefaultPassBuilder.define_nopython_pipeline(self.state)

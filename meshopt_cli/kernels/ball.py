@@ -27,7 +27,7 @@ def next_stamp(scratch):
     return scratch.stamp[0]
 
 
-@inlined
+@kernel
 def gather_ball(mesh, vertex, ball, scratch):
     """Collect the handles of the cells around a vertex.
 

@@ -12,7 +12,13 @@ import math
 from ._jit import kernel
 from .types import (
     J_ACTIVE,
+    J_ALIVE,
+    J_BEYOND,
     J_CELLS,
+    J_CORNERS,
+    J_MESH,
+    J_REGION,
+    J_ROW,
     J_STAMP,
     J_VERTICES,
     MAX_KEPT,
@@ -34,7 +40,7 @@ def open_journal(mesh, scratch):
     journal.state[J_CELLS] = 0
     journal.state[J_VERTICES] = 0
     for k in range(mesh.state.shape[0]):
-        journal.mesh_state[k] = mesh.state[k]
+        journal.state[J_MESH + k] = mesh.state[k]
 
 
 @kernel
@@ -74,13 +80,13 @@ def keep(mesh, cell, scratch):
     journal.cell_mark[cell] = journal.state[J_STAMP]
     i = journal.state[J_CELLS]
     journal.state[J_CELLS] += 1
-    journal.rows[i] = cell
     journal.quality[i] = mesh.quality[cell]
-    journal.alive[i] = mesh.alive[cell]
-    journal.region[i] = mesh.region[cell]
+    journal.cells[i, J_ROW] = cell
+    journal.cells[i, J_REGION] = mesh.region[cell]
+    journal.cells[i, J_ALIVE] = mesh.alive[cell]
     for k in range(mesh.cells.shape[1]):
-        journal.cells[i, k] = mesh.cells[cell, k]
-        journal.neighbours[i, k] = mesh.neighbours[cell, k]
+        journal.cells[i, J_CORNERS + k] = mesh.cells[cell, k]
+        journal.cells[i, J_BEYOND + k] = mesh.neighbours[cell, k]
         keep_vertex(mesh, mesh.cells[cell, k], scratch)
 
 
@@ -89,13 +95,13 @@ def roll_back(mesh, scratch):
     """Undo all changes since the journal was opened, and close it."""
     journal = scratch.journal
     for i in range(journal.state[J_CELLS]):
-        cell = journal.rows[i]
+        cell = journal.cells[i, J_ROW]
         mesh.quality[cell] = journal.quality[i]
-        mesh.alive[cell] = journal.alive[i]
-        mesh.region[cell] = journal.region[i]
+        mesh.alive[cell] = journal.cells[i, J_ALIVE] == 1
+        mesh.region[cell] = journal.cells[i, J_REGION]
         for k in range(mesh.cells.shape[1]):
-            mesh.cells[cell, k] = journal.cells[i, k]
-            mesh.neighbours[cell, k] = journal.neighbours[i, k]
+            mesh.cells[cell, k] = journal.cells[i, J_CORNERS + k]
+            mesh.neighbours[cell, k] = journal.cells[i, J_BEYOND + k]
     for i in range(journal.state[J_VERTICES]):
         vertex = journal.vertices[i, 0]
         mesh.vertex_cell[vertex] = journal.vertices[i, 1]
@@ -103,13 +109,14 @@ def roll_back(mesh, scratch):
         for k in range(3):
             mesh.points[vertex, k] = journal.points[i, k]
     for k in (N_CELLS, N_FREE, N_POINTS):
-        mesh.state[k] = journal.mesh_state[k]
+        mesh.state[k] = journal.state[J_MESH + k]
     # The rows that were taken off the stack of dead cells go back there.
     top = mesh.state[N_FREE]
     for i in range(journal.state[J_CELLS]):
-        if not journal.alive[i] and journal.rows[i] < mesh.state[N_CELLS]:
+        row = journal.cells[i, J_ROW]
+        if journal.cells[i, J_ALIVE] == 0 and row < mesh.state[N_CELLS]:
             top -= 1
-            mesh.free[top] = journal.rows[i]
+            mesh.free[top] = row
     close_journal(scratch)
 
 
@@ -117,8 +124,8 @@ def roll_back(mesh, scratch):
 def changed(mesh, scratch, i):
     """Whether the i-th kept cell is another one now, or gone."""
     journal = scratch.journal
-    cell = journal.rows[i]
-    if mesh.alive[cell] != journal.alive[i]:
+    cell = journal.cells[i, J_ROW]
+    if mesh.alive[cell] != (journal.cells[i, J_ALIVE] == 1):
         return True
     return mesh.alive[cell] and mesh.quality[cell] != journal.quality[i]
 
@@ -129,7 +136,7 @@ def worst_before(mesh, scratch):
     journal = scratch.journal
     worst = math.inf
     for i in range(journal.state[J_CELLS]):
-        if journal.alive[i] and changed(mesh, scratch, i):
+        if journal.cells[i, J_ALIVE] == 1 and changed(mesh, scratch, i):
             worst = min(worst, journal.quality[i])
     return worst
 
@@ -141,7 +148,7 @@ def worst_after(mesh, scratch):
     worst = math.inf
     weakest = -1
     for i in range(journal.state[J_CELLS]):
-        cell = journal.rows[i]
+        cell = journal.cells[i, J_ROW]
         if mesh.alive[cell] and mesh.quality[cell] < worst and changed(mesh, scratch, i):
             worst = mesh.quality[cell]
             weakest = cell

@@ -26,14 +26,7 @@ from .journal import (
     worst_after,
     worst_before,
 )
-from .relocate import (
-    DEGRADATION,
-    OPTIMIZE,
-    Relocation,
-    apply_relocation,
-    rounded,
-    simulate_relocation,
-)
+from .relocate import apply_relocation, rounded, simulate_climb
 from .shell_swap import apply_swap, simulate_edge_swap
 from .split import Insertion, apply_insertion, grow_cavity, is_legal_cavity, starting_point
 from .tables import TET_EDGES, TRI_EDGES
@@ -72,8 +65,7 @@ class Mending(NamedTuple):
 @kernel
 def climb_vertex(mesh, vertex, scratch):
     """Move a vertex to where its ball is best; whether it moved."""
-    how = Relocation(OPTIMIZE, DEGRADATION, 1.0, STRICT, 0.0, math.inf)
-    plan = simulate_relocation(mesh, vertex, how, scratch)
+    plan = simulate_climb(mesh, vertex, math.inf, scratch)
     if plan.verdict == APPLIED:
         apply_relocation(mesh, vertex, plan, scratch)
     return plan.verdict == APPLIED

@@ -127,7 +127,7 @@ def neighbour_mean(mesh, vertex, ball, n, weighted, scratch):
     return Vec(x / total, y / total, z / total)
 
 
-@inlined
+@kernel
 def ideal_mean(mesh, ball, n, weight):
     """Weighted mean of the ideal points of the ball (18.24)."""
     total = 0.0
@@ -153,7 +153,7 @@ def ideal_mean(mesh, ball, n, weight):
     return Vec(x / total, y / total, z / total)
 
 
-@inlined
+@kernel
 def worst_at(mesh, ball, n, p, stop):
     """Worst q of a ball with its vertex at p; gives up at the first cell at or below `stop`."""
     worst = math.inf
@@ -253,26 +253,58 @@ def guide_of(mesh, vertex):
 
 
 @kernel
-def simulate_relocation(mesh, vertex, how, scratch):
-    """Look for a better position of a vertex inside its closed ball."""
+def movable_ball(mesh, vertex, guide, scratch):
+    """Gather the ball of a vertex into `scratch.ball`.
+
+    Returns
+    -------
+    verdict : int
+        APPLIED where the vertex may move, else FIXED or TOO_LARGE.
+    n : int
+        Cells of the ball.
+    """
+    if mesh.fixed[vertex] and guide.kind == 0.0:
+        return FIXED, 0
+    n, closed = gather_ball(mesh, vertex, scratch.ball, scratch)
+    if n < 0:
+        return TOO_LARGE, 0
+    if not closed and guide.kind == 0.0:
+        return FIXED, 0
+    return APPLIED, n
+
+
+@kernel
+def simulate_climb(mesh, vertex, below, scratch):
+    """Look for where the ball of a vertex is best, if it is worse than `below` (Remark 18.12)."""
     ball = scratch.ball
     p = at(mesh.points, vertex)
     guide = guide_of(mesh, vertex)
-    if mesh.fixed[vertex] and guide.kind == 0.0:
-        return RelocationPlan(FIXED, 0, p, 0.0)
-    n, closed = gather_ball(mesh, vertex, ball, scratch)
-    if n < 0:
-        return RelocationPlan(TOO_LARGE, 0, p, 0.0)
-    if not closed and guide.kind == 0.0:
-        return RelocationPlan(FIXED, 0, p, 0.0)
+    verdict, n = movable_ball(mesh, vertex, guide, scratch)
+    if verdict != APPLIED:
+        return RelocationPlan(verdict, 0, p, 0.0)
+    before = worst_of(mesh, ball, n)
+    if before >= below:
+        return RelocationPlan(NOT_BETTER, n, p, before)
+    size = longest_edge_at(mesh, ball, n, p)
+    q, worst = climb(mesh, ball, n, p, before, size, guide, scratch)
+    verdict = APPLIED if worst > gained(before) else NOT_BETTER
+    return RelocationPlan(verdict, n, q, worst)
+
+
+@kernel
+def simulate_relocation(mesh, vertex, how, scratch):
+    """Look for a better position of a vertex inside its ball."""
+    if how.method == OPTIMIZE:
+        return simulate_climb(mesh, vertex, how.below, scratch)
+    ball = scratch.ball
+    p = at(mesh.points, vertex)
+    guide = guide_of(mesh, vertex)
+    verdict, n = movable_ball(mesh, vertex, guide, scratch)
+    if verdict != APPLIED:
+        return RelocationPlan(verdict, 0, p, 0.0)
     before = worst_of(mesh, ball, n)
     if before >= how.below:
         return RelocationPlan(NOT_BETTER, n, p, before)
-    if how.method == OPTIMIZE:
-        size = longest_edge_at(mesh, ball, n, p)
-        q, worst = climb(mesh, ball, n, p, before, size, guide, scratch)
-        verdict = APPLIED if worst > gained(before) else NOT_BETTER
-        return RelocationPlan(verdict, n, q, worst)
     if how.method == QUALITY:
         goal = ideal_mean(mesh, ball, n, how.weight)
     else:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ._jit import inlined, kernel
+from ._jit import kernel
 from .ball import local_index
 from .types import MAX_SHELL
 
@@ -29,7 +29,7 @@ def is_required(mesh, a, b):
     return low < mesh.required.shape[0] and mesh.required[low] == key
 
 
-@inlined
+@kernel
 def gather_shell(mesh, cell, a, b, c, d, scratch):
     """Collect the tets around an edge, turning about it from its tet (a, b, c, d).
 

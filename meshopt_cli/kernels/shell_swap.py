@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ._jit import entry, inlined, kernel
+from ._jit import entry, kernel
 from .accept import FLAT, is_accepted, threshold
 from .cavity import has_room, replace_cells
 from .geometry import at
@@ -54,7 +54,7 @@ def put(created, i, a, b, c, d):
     created[i, 3] = d
 
 
-@inlined
+@kernel
 def simulate_face_swap(mesh, handle, rule, floor, scratch):
     """Replace the two tets at a face by three around the edge that joins their apexes."""
     cell = handle >> 2
@@ -94,7 +94,7 @@ def simulate_face_swap(mesh, handle, rule, floor, scratch):
     return SwapPlan(APPLIED, 2, 3, worst)
 
 
-@inlined
+@kernel
 def triangulate_ring(mesh, a, b, n, stop, scratch):
     """Best triangulation of the polygon `scratch.ring` joined with both ends of an edge.
 

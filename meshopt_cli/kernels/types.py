@@ -48,6 +48,14 @@ J_ACTIVE = 0  # 1 while the journal is open
 J_STAMP = 1  # marks equal to it are set
 J_CELLS = 2  # number of rows kept
 J_VERTICES = 3
+J_MESH = 4  # where SimplexMesh.state as it was begins
+
+# Columns of Journal.cells.
+J_ROW = 0
+J_CORNERS = 1  # four, in space
+J_BEYOND = 5  # their neighbours
+J_REGION = 9
+J_ALIVE = 10
 
 
 class SimplexMesh(NamedTuple):
@@ -77,20 +85,18 @@ class SimplexMesh(NamedTuple):
 
 
 class Journal(NamedTuple):
-    """What a composite operation changed, as it was before: see `journal`."""
+    """What a composite operation changed, as it was before: see `journal`.
 
-    rows: np.ndarray  # (MAX_KEPT,) int64 cells
-    cells: np.ndarray  # (MAX_KEPT, d + 1) int64, and the other fields of those rows
-    neighbours: np.ndarray
-    quality: np.ndarray
-    region: np.ndarray
-    alive: np.ndarray
+    A call passes every array field by field: so there are few of them, with several columns.
+    """
+
+    cells: np.ndarray  # (MAX_KEPT, 11) int64: J_ROW, J_CORNERS, J_BEYOND, J_REGION, J_ALIVE
+    quality: np.ndarray  # (MAX_KEPT,) float64 of those cells
     vertices: np.ndarray  # (4 * MAX_KEPT, 3) int64: vertex, vertex_cell, vertex_clock
     points: np.ndarray  # (4 * MAX_KEPT, 3) float64
     cell_mark: np.ndarray  # (capacity,) int64
     vertex_mark: np.ndarray  # (np,) int64
-    mesh_state: np.ndarray  # (4,) int64
-    state: np.ndarray  # (4,) int64: J_ACTIVE, J_STAMP, J_CELLS, J_VERTICES
+    state: np.ndarray  # (8,) int64: J_ACTIVE, J_STAMP, J_CELLS, J_VERTICES, J_MESH
 
 
 class Scratch(NamedTuple):

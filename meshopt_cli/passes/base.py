@@ -92,6 +92,7 @@ class Pass:
 
     name: ClassVar[str] = ""
     summary: ClassVar[str] = ""
+    kernels: ClassVar[tuple[str, ...]] = ()  # groups that are compiled before it runs
 
     def __post_init__(self) -> None:
         self._since: dict[str, int] = {}

@@ -20,6 +20,7 @@ class Collapse(Operator):
 
     name: ClassVar[str] = "collapse"
     summary: ClassVar[str] = "removes internal vertices where quality gains by it (18.4.2)"
+    kernels: ClassVar[tuple[str, ...]] = ("collapse",)
 
     below: float = option(3.0, "visit only cells whose Q is above this", least=1.0)
     placement: str = option(

@@ -41,6 +41,7 @@ class Mend(Operator):
 
     name: ClassVar[str] = "mend"
     summary: ClassVar[str] = "composite operations on the worst cells, by their type (18.5)"
+    kernels: ClassVar[tuple[str, ...]] = ("mend",)
 
     below: float = option(2.0, "visit only cells whose Q is above this", least=1.0)
     accept: str = option("strict", "the worst Q of what changed must fall", choices=("strict",))

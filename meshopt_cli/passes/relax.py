@@ -46,6 +46,7 @@ class Relax(Operator):
 
     name: ClassVar[str] = "relax"
     summary: ClassVar[str] = "brings vertex degrees nearer to 6 or 12 (18.4.2)"
+    kernels: ClassVar[tuple[str, ...]] = ("relax", "collapse", "relocation")
 
     accept: str = option(
         "floor", "as in swap; here quality may fall while degrees gain", choices=("floor", "strict")

@@ -31,6 +31,7 @@ class Smooth(Operator):
 
     name: ClassVar[str] = "smooth"
     summary: ClassVar[str] = "moves internal vertices inside their balls (18.4.1)"
+    kernels: ClassVar[tuple[str, ...]] = ("relocation",)
 
     method: str = option(
         "quality",

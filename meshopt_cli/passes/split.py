@@ -20,6 +20,7 @@ class Split(Operator):
 
     name: ClassVar[str] = "split"
     summary: ClassVar[str] = "adds vertices where nothing else mends a cell (18.4)"
+    kernels: ClassVar[tuple[str, ...]] = ("split",)
 
     below: float = option(3.0, "visit only cells whose Q is above this", least=1.0)
     accept: str = option("strict", "the worst Q of the cavity must fall", choices=("strict",))

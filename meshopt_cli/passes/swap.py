@@ -18,6 +18,7 @@ class Swap(Operator):
 
     name: ClassVar[str] = "swap"
     summary: ClassVar[str] = "flips edges in the plane, swaps faces and edges in space (18.4.2)"
+    kernels: ClassVar[tuple[str, ...]] = ("swap",)
 
     pick: str = option(
         "first", "which of the accepted swaps of a cell is applied", choices=("first", "best")

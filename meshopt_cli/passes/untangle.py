@@ -20,6 +20,8 @@ class Untangle(Mend):
 
     name: ClassVar[str] = "untangle"
     summary: ClassVar[str] = "mends inverted and flat cells inside the mesh"
+    # Those of `mend` take long, and few meshes are tangled: they are compiled when one is.
+    kernels: ClassVar[tuple[str, ...]] = ("relocation",)
 
     below: float = option(1.0, "not used: only cells without a volume are visited", least=1.0)
     harm: float = option(
