@@ -60,6 +60,9 @@ MEASURES: dict[str, Measure] = {
 
 DEFAULT_MEASURE = "aspect-ratio"
 
+# Shapes of boundary faces that are searched for the angles they force.
+N_SHAPES = 20
+
 # Upper ends of the ranks of Table 18.3; the last one has none.
 RANKS = (1.0, 2.0, 3.0, 10.0, math.inf)
 
@@ -131,12 +134,18 @@ def histogram(degradation: Array) -> tuple[int, ...]:
     return tuple(int(n) for n in np.bincount(rank, minlength=len(inner) + 1))
 
 
-def target(simplices: Simplices, measure: Measure) -> float:
+def target(simplices: Simplices, measure: Measure, most: int | None = None) -> float:
     """Q of the best cell that the worst boundary facet allows (Table 18.3).
 
     Over an edge of the plane this is the equilateral triangle. Over a triangle of space the
     apex is searched for: first above the centroid for all faces, which gives a bound, then
     everywhere for the faces whose bound is worst, until no other can be worse.
+
+    Parameters
+    ----------
+    most : int, optional
+        Search for no more shapes of faces than this: what they force holds, and others may force
+        more.
     """
     if simplices.dimension == 2:
         return 1.0
@@ -149,7 +158,7 @@ def target(simplices: Simplices, measure: Measure) -> float:
     _, shape = np.unique(_shapes(simplices.points[faces]), axis=0, return_inverse=True)
     seen: set[int] = set()
     for row in np.argsort(bound, kind="stable"):
-        if bound[row] >= worst:
+        if bound[row] >= worst or len(seen) == most:
             break
         if int(shape[row]) not in seen:
             seen.add(int(shape[row]))
@@ -161,7 +170,7 @@ def target(simplices: Simplices, measure: Measure) -> float:
 def forced_angles(simplices: Simplices) -> tuple[float, float]:
     """The least dihedral angle that the boundary lets be exceeded nowhere, and the greatest.
 
-    They follow from the worst boundary face, as `target` does, and from the sharpest edge of the
+    They follow from the worst boundary faces, as `target` does, and from the sharpest edge of the
     boundary or of an interface, which no tetrahedron there can have a greater angle at.
 
     Returns
@@ -173,8 +182,8 @@ def forced_angles(simplices: Simplices) -> tuple[float, float]:
     if simplices.dimension == 2:
         return 60.0, 60.0
     regular = math.degrees(codes.REGULAR_ANGLE_3)
-    least = regular / target(simplices, MEASURES["angle-min"])
-    greatest = 180.0 - (180.0 - regular) / target(simplices, MEASURES["angle-max"])
+    least = regular / target(simplices, MEASURES["angle-min"], N_SHAPES)
+    greatest = 180.0 - (180.0 - regular) / target(simplices, MEASURES["angle-max"], N_SHAPES)
     return min(least, _sharpest_edge(simplices)), greatest
 
 
