@@ -20,6 +20,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field
 from functools import cache
@@ -119,7 +120,7 @@ class Result:
     verdict: Verdict | None = None
 
 
-class Tool:
+class Tool(ABC):
     """A tool that optimizes meshes, run with certain arguments."""
 
     dimensions: tuple[int, ...] = (3,)
@@ -127,17 +128,17 @@ class Tool:
     def __init__(self, *arguments: str) -> None:
         self.arguments = arguments
 
+    @abstractmethod
     def version(self) -> str | None:
         """Name and version, or None where it is not installed."""
-        raise NotImplementedError
 
+    @abstractmethod
     def command(self, job: Job) -> list[str]:
         """The command line, for which the files it reads are written."""
-        raise NotImplementedError
 
+    @abstractmethod
     def result(self, job: Job) -> Part:
         """Read what the command wrote."""
-        raise NotImplementedError
 
     def optimize(self, log: str) -> float | None:
         """Seconds of the optimization alone, from what the command printed."""
