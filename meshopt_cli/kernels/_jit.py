@@ -1,4 +1,4 @@
-"""The two decorators that compile the kernels, and where the machine code is kept.
+"""The decorators that compile the kernels, and where the machine code is kept.
 
 numba decides whether a stored kernel is fresh by the time stamp of the kernel's own
 file. A change in a helper of another file would leave stale machine code behind, so the
