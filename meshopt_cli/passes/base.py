@@ -135,6 +135,25 @@ class Pass:
     def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
         raise AssertionError("every pass has a sweep of its own")
 
+    def visit(
+        self,
+        work: Workspace,
+        order: Array,
+        kernel: Callable[[Array], None],
+        tally: Tally,
+        observer: Observer,
+    ) -> None:
+        """Run a kernel over the entities in chunks, making room for cells when it is short."""
+        observer.start(self.name, len(order))
+        for chunk in work.chunks(order):
+            kernel(chunk)
+            while tally.counts[Verdict.FULL]:
+                # What found no room is no refusal: it is tried again with more.
+                tally.counts[Verdict.FULL] = 0
+                work.grow()
+                kernel(chunk)
+            observer.advance(len(chunk))
+
 
 @dataclass
 class Operator(Pass):
@@ -180,22 +199,3 @@ class Operator(Pass):
             generator = np.random.default_rng([self.seed, int(work.mesh.state[2])])
             return generator.permutation(entities)
         return entities
-
-    def visit(
-        self,
-        work: Workspace,
-        order: Array,
-        kernel: Callable[[Array], None],
-        tally: Tally,
-        observer: Observer,
-    ) -> None:
-        """Run a kernel over the entities in chunks, making room for cells when it is short."""
-        observer.start(self.name, len(order))
-        for chunk in work.chunks(order):
-            kernel(chunk)
-            while tally.counts[Verdict.FULL]:
-                # What found no room is no refusal: it is tried again with more.
-                tally.counts[Verdict.FULL] = 0
-                work.grow()
-                kernel(chunk)
-            observer.advance(len(chunk))

@@ -10,7 +10,7 @@ import numpy as np
 from ..kernels.classify import TetType
 from ..kernels.mend import Mending, Remedy, sweep_mend
 from ..workspace import Workspace
-from .base import Observer, Operator, Tally, option
+from .base import Observer, Operator, Pass, Tally, option
 
 Array = np.ndarray
 
@@ -36,33 +36,15 @@ def remedy_table() -> np.ndarray:
 
 
 @dataclass
-class Mend(Operator):
-    """Change, improve what is around, and undo it where it does not pay."""
+class Remedial(Pass):
+    """What passes share that try remedies on bad cells and undo what does not pay."""
 
-    name: ClassVar[str] = "mend"
-    summary: ClassVar[str] = "composite operations on the worst cells, by their type (18.5)"
-    kernels: ClassVar[tuple[str, ...]] = ("mend",)
-
-    below: float = option(2.0, "visit only cells whose Q is above this", least=1.0)
-    accept: str = option("strict", "the worst Q of what changed must fall", choices=("strict",))
     max_vertices: float = option(1.5, "most vertices, over those of the input", least=1.0, most=4.0)
-    harm: float = option(
-        0.8, "what the first change may leave of the quality of the cell", least=0.0, most=1.0
-    )
     least_gain: float = option(
         0.01, "least gain of the worst quality of what changed, as a part of it", least=0.0
     )
     trials: int = option(4, "ways of a remedy that are carried out, the best first", least=1)
     steps: int = option(5, "improvements of what is around, after the first change", least=0)
-    rings: int = option(
-        0, "where cells stay bad, mend up to so many rings of cells around them, and try again",
-        least=0, most=4,
-    )  # fmt: skip
-    crowd: int = option(64, "rings are mended around so many of the worst cells at most", least=1)
-    enough: float = option(
-        1.1, "no rings around cells whose Q is below so many times the target", least=1.0
-    )
-    around: float = option(1.6, "visit only cells of these rings whose Q is above this", least=1.0)
 
     def forget(self) -> None:
         super().forget()
@@ -72,24 +54,28 @@ class Mend(Operator):
         super().validate()
         self.forget()
 
-    def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
-        self._mend(work, work.worse_cells(self.limit), self.limit, tally, observer)
-        # What is nearly as good as the boundary allows is worth no more than that.
-        limit = 1.0 / max(self.below, self.enough * work.target)
-        around = 1.0 / self.around
-        for n_rings in range(1, self.rings + 1):
-            bad = work.worse_cells(limit)
-            if not len(bad):
-                return
-            bad = bad[np.argsort(work.mesh.quality[bad], kind="stable")][: self.crowd]
-            near = work.rings_around(bad, n_rings)
-            self._mend(work, near[work.mesh.quality[near] < around], around, tally, observer)
-            self._mend(work, work.worse_cells(limit), limit, tally, observer)
+    def arranged(self, work: Workspace, cells: Array) -> Array:
+        """The cells in the order of the visits: the worst first."""
+        return cells[np.argsort(work.mesh.quality[cells], kind="stable")]
 
-    def _mend(
-        self, work: Workspace, cells: Array, limit: float, tally: Tally, observer: Observer
+    def mend(
+        self,
+        work: Workspace,
+        cells: Array,
+        limit: float,
+        harm: float,
+        tally: Tally,
+        observer: Observer,
     ) -> None:
-        """Visit those cells around which something changed since they were visited last."""
+        """Visit those cells around which something changed since they were visited last.
+
+        Parameters
+        ----------
+        limit : float
+            The q below which a cell is visited.
+        harm : float
+            What the first change may leave of the q of a cell, as a part of it.
+        """
         room = work.make_room(self.max_vertices, len(cells))
         seen = np.full(len(work.mesh.points), -1)
         seen[: len(self._seen)] = self._seen
@@ -100,11 +86,54 @@ class Mend(Operator):
         self._seen = seen
         if not len(cells):
             return
-        how = Mending(limit, self.harm, self.least_gain, room, self.trials, self.steps)
-        order = self.ordered(work, cells, work.mesh.quality[cells])
+        how = Mending(limit, harm, self.least_gain, room, self.trials, self.steps)
+        order = self.arranged(work, cells)
         table = remedy_table()
 
         def kernel(chunk):
             sweep_mend(work.mesh, chunk, table, how, work.scratch, tally.counts)
 
         self.visit(work, order, kernel, tally, observer)
+
+
+@dataclass
+class Mend(Remedial, Operator):
+    """Change, improve what is around, and undo it where it does not pay."""
+
+    name: ClassVar[str] = "mend"
+    summary: ClassVar[str] = "composite operations on the worst cells, by their type (18.5)"
+    kernels: ClassVar[tuple[str, ...]] = ("mend",)
+
+    below: float = option(2.0, "visit only cells whose Q is above this", least=1.0)
+    accept: str = option("strict", "the worst Q of what changed must fall", choices=("strict",))
+    harm: float = option(
+        0.8, "what the first change may leave of the quality of the cell", least=0.0, most=1.0
+    )
+    rings: int = option(
+        0, "where cells stay bad, mend up to so many rings of cells around them, and try again",
+        least=0, most=4,
+    )  # fmt: skip
+    crowd: int = option(64, "rings are mended around so many of the worst cells at most", least=1)
+    enough: float = option(
+        1.1, "no rings around cells whose Q is below so many times the target", least=1.0
+    )
+    around: float = option(1.6, "visit only cells of these rings whose Q is above this", least=1.0)
+
+    def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+        self.mend(work, work.worse_cells(self.limit), self.limit, self.harm, tally, observer)
+        # What is nearly as good as the boundary allows is worth no more than that.
+        limit = 1.0 / max(self.below, self.enough * work.target)
+        around = 1.0 / self.around
+        for n_rings in range(1, self.rings + 1):
+            bad = work.worse_cells(limit)
+            if not len(bad):
+                return
+            bad = bad[np.argsort(work.mesh.quality[bad], kind="stable")][: self.crowd]
+            near = work.rings_around(bad, n_rings)
+            self.mend(
+                work, near[work.mesh.quality[near] < around], around, self.harm, tally, observer
+            )
+            self.mend(work, work.worse_cells(limit), limit, self.harm, tally, observer)
+
+    def arranged(self, work: Workspace, cells: Array) -> Array:
+        return self.ordered(work, cells, work.mesh.quality[cells])

@@ -11,11 +11,11 @@ from ..kernels import relocate
 from ..kernels.accept import FLAT, STRICT
 from ..workspace import Workspace
 from .base import Observer, Tally, option
-from .mend import Mend
+from .mend import Remedial
 
 
 @dataclass
-class Untangle(Mend):
+class Untangle(Remedial):
     """Move, swap and insert around inverted cells; without any, there is nothing to do."""
 
     name: ClassVar[str] = "untangle"
@@ -23,24 +23,16 @@ class Untangle(Mend):
     # Those of `mend` take long, and few meshes are tangled: they are compiled when one is.
     kernels: ClassVar[tuple[str, ...]] = ("relocation",)
 
-    below: float = option(1.0, "not used: only cells without a volume are visited", least=1.0)
-    harm: float = option(
-        0.0, "what the first change may leave of the quality of the cell", least=0.0, most=1.0
-    )
     rounds: int = option(20, "rounds of relocation and of composite operations", least=1)
-
-    @property
-    def limit(self) -> float:
-        return FLAT
 
     def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
         for _ in range(self.rounds):
-            bad = work.worse_cells(self.limit)
+            bad = work.worse_cells(FLAT)
             if not len(bad):
                 return
             applied = tally.applied
             self._relocate(work, bad, tally, observer)
-            self._mend(work, work.worse_cells(self.limit), self.limit, tally, observer)
+            self.mend(work, work.worse_cells(FLAT), FLAT, 0.0, tally, observer)
             if tally.applied == applied:
                 return
 
