@@ -73,6 +73,22 @@ def _rounds(stop: Stop, swap_below: float, smooth_below: float, split_below: flo
     return [Repeat(steps(Collapse()), stop), Repeat(steps(Split(below=split_below)), stop)]
 
 
+def _polish(worst: float, stop: Stop) -> Repeat:
+    """A better mean, where no cell is worse than `worst` for it."""
+    floor = 1.0 / worst
+    return Repeat(
+        Sequence(
+            (
+                Collapse(accept="mean", floor=floor, below=worst),
+                Smooth(accept="mean", floor=floor, sweeps=2),
+                Swap(accept="mean", floor=floor, below=1.5),
+                Smooth(accept="mean", floor=floor, sweeps=2),
+            )
+        ),
+        stop,
+    )
+
+
 def _fast(stop: Stop, dimension: int) -> tuple[Stage, ...]:
     swap = Swap(below=_SWAP[dimension], pick="best")
     smooth = Smooth(below=_SMOOTH[dimension], sweeps=2)
@@ -81,7 +97,9 @@ def _fast(stop: Stop, dimension: int) -> tuple[Stage, ...]:
 
 def _standard(stop: Stop, dimension: int) -> tuple[Stage, ...]:
     swap, smooth = _SWAP[dimension], _SMOOTH[dimension]
-    return _audited(_settle(), *_rounds(stop, swap, smooth, _SPLIT[dimension]))
+    return _audited(
+        _settle(), *_rounds(stop, swap, smooth, _SPLIT[dimension]), _polish(2.0, stop)
+    )
 
 
 def _best(stop: Stop, dimension: int) -> tuple[Stage, ...]:

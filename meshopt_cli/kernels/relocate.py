@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ._jit import entry, inlined, kernel
-from .accept import gained, is_accepted, threshold
+from .accept import MEAN, gained, is_accepted, lowers, threshold
 from .ball import gather_ball, longest_edge_at, next_stamp, quality_at, touch, worst_of
 from .geometry import (
     FREE,
@@ -162,6 +162,19 @@ def worst_at(mesh, ball, n, p, stop):
         if worst <= stop:
             break
     return worst
+
+
+@kernel
+def lowers_mean(mesh, ball, n, p, rule):
+    """Whether the mean Q of a ball falls with its vertex at p, if the rule asks that."""
+    if rule != MEAN:
+        return True
+    before = 0.0
+    after = 0.0
+    for i in range(n):
+        before += 1.0 / mesh.quality[ball[i] >> 2]
+        after += 1.0 / quality_at(mesh, ball[i], p)
+    return lowers(rule, before, after)
 
 
 @kernel
@@ -320,7 +333,11 @@ def simulate_relocation(mesh, vertex, how, scratch):
     for _ in range(N_HALVINGS):
         q = rounded(mesh, toward(p, goal, t))
         worst = worst_at(mesh, ball, n, q, stop)
-        if worst > 0.0 and is_accepted(how.rule, how.floor, before, worst):
+        if (
+            worst > 0.0
+            and is_accepted(how.rule, how.floor, before, worst)
+            and lowers_mean(mesh, ball, n, q, how.rule)
+        ):
             return RelocationPlan(APPLIED, n, q, worst)
         t *= 0.5
     return RelocationPlan(NOT_BETTER if worst > 0.0 else INVALID, n, p, worst)

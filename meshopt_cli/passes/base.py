@@ -21,6 +21,7 @@ ACCEPT = {
     "ratio": rules.RATIO,
     "floor": rules.FLOOR,
     "valid": rules.VALID,
+    "mean": rules.MEAN,
 }
 ORDERS = ("worst-first", "index", "random")
 
@@ -184,6 +185,12 @@ class Operator(Pass):
     @property
     def rule(self) -> int:
         return ACCEPT[self.accept]
+
+    def least(self, work: Workspace) -> float:
+        """The `floor` that the rule of this pass goes by."""
+        if self.accept == "mean":
+            return max(self.floor, work.standing().worst)
+        return self.floor
 
     def since(self, work: Workspace, key: str) -> int:
         """Clock of the last sweep of this kind, 0 at the first; starts the next one."""
