@@ -42,6 +42,9 @@ def _audited(*stages: Stage) -> tuple[Stage, ...]:
 # Relocation alone goes on while it gains this part of the quality.
 _SETTLED = Stop(rounds=15, gain=0.08)
 
+import os
+_POLISHED = Stop(rounds=10, gain=float(os.environ.get('PGAIN','.03')))
+
 # Worst Q of the places that are worth a visit: a regular triangulation of the plane is all 1, one
 # of space is not, so that in space there is nothing to win at Q = 1.5.
 _SWAP = {2: 1.2, 3: 1.8}
@@ -73,19 +76,18 @@ def _rounds(stop: Stop, swap_below: float, smooth_below: float, split_below: flo
     return [Repeat(steps(Collapse()), stop), Repeat(steps(Split(below=split_below)), stop)]
 
 
-def _polish(worst: float, stop: Stop) -> Repeat:
+def _polish(worst: float) -> Repeat:
     """A better mean, where no cell is worse than `worst` for it."""
     floor = 1.0 / worst
     return Repeat(
         Sequence(
             (
-                Collapse(accept="mean", floor=floor, below=worst),
-                Smooth(accept="mean", floor=floor, sweeps=2),
-                Swap(accept="mean", floor=floor, below=1.5),
+                Collapse(accept="mean", floor=floor, below=worst, min_vertices=0.6),
+                Swap(accept="mean", floor=floor, below=float(os.environ.get("PSW","1.5"))),
                 Smooth(accept="mean", floor=floor, sweeps=2),
             )
         ),
-        stop,
+        _POLISHED,
     )
 
 
@@ -97,8 +99,11 @@ def _fast(stop: Stop, dimension: int) -> tuple[Stage, ...]:
 
 def _standard(stop: Stop, dimension: int) -> tuple[Stage, ...]:
     swap, smooth = _SWAP[dimension], _SMOOTH[dimension]
+    import os
+    a,b=_rounds(stop, swap, smooth, _SPLIT[dimension])
+    if os.environ.get('MID'): return _audited(_settle(), a, _polish(2.0), b, _polish(2.0))
     return _audited(
-        _settle(), *_rounds(stop, swap, smooth, _SPLIT[dimension]), _polish(2.0, stop)
+        _settle(), *_rounds(stop, swap, smooth, _SPLIT[dimension]), _polish(2.0)
     )
 
 
@@ -109,14 +114,15 @@ def _best(stop: Stop, dimension: int) -> tuple[Stage, ...]:
     usual = (_settle(), *_rounds(stop, swap, smooth, _SPLIT[dimension]))
     settle = Smooth(below=smooth, sweeps=2)
     ways = (
-        Mend(below=bar, max_vertices=_GROWTH),
-        Mend(below=bar, max_vertices=_GROWTH, rings=3),
-        Mend(below=bar, max_vertices=_GROWTH, rings=1, harm=0.3, steps=10),
+        Mend(below=bar, max_vertices=_GROWTH, urgent=float(os.environ.get("U1","1.5"))),
+        Mend(below=bar, max_vertices=_GROWTH, rings=3, urgent=float(os.environ.get("U2","1.5"))),
+        Mend(below=bar, max_vertices=_GROWTH, rings=1, harm=0.3, steps=10, urgent=float(os.environ.get("U3","1.5"))),
     )
     mend: tuple[Stage, ...] = tuple(Repeat(Sequence((way, settle)), stop) for way in ways)
+    mend=(*mend, *([_polish(bar)] if os.environ.get('BP') else []))
     if dimension == 3:
         mend = (WithAngles(mend),)
-    return _audited(*usual, *mend)
+    return _audited(*usual, *([_polish(2.0)] if os.environ.get('BP') else []), *mend)
 
 
 PRESETS: dict[str, Preset] = {

@@ -44,6 +44,7 @@ class Remedial(Pass):
         0.01, "least gain of the worst quality of what changed, as a part of it", least=0.0
     )
     trials: int = option(4, "ways of a remedy that are carried out, the best first", least=1)
+    urgent: float = option(1.5, "how urgent", least=1.0)
     steps: int = option(5, "improvements of what is around, after the first change", least=0)
 
     def forget(self) -> None:
@@ -53,6 +54,9 @@ class Remedial(Pass):
     def validate(self) -> None:
         super().validate()
         self.forget()
+
+    def urgent_q(self, work):
+        return work.standing().worst * self.urgent
 
     def arranged(self, work: Workspace, cells: Array) -> Array:
         """The cells in the order of the visits: the worst first."""
@@ -86,7 +90,7 @@ class Remedial(Pass):
         self._seen = seen
         if not len(cells):
             return
-        how = Mending(limit, harm, self.least_gain, room, self.trials, self.steps)
+        how = Mending(limit, harm, self.least_gain, room, self.trials, self.steps, self.urgent_q(work))
         order = self.arranged(work, cells)
         table = remedy_table()
 

@@ -14,6 +14,9 @@ from ..workspace import Workspace
 from .base import Observer, Operator, Tally, option
 
 
+import os
+URGENT = float(os.environ.get('URGENT','1.5'))
+
 @dataclass
 class Split(Operator):
     """Insert vertices into cavities around bad cells."""
@@ -42,9 +45,12 @@ class Split(Operator):
             return
         room = work.make_room(self.max_vertices, len(cells))
         order = self.ordered(work, cells, quality)
+        urgent = work.standing().worst * URGENT
 
         def kernel(chunk):
-            sweep_split(work.mesh, chunk, room, self.least_gain, work.scratch, tally.counts)
+            sweep_split(
+                work.mesh, chunk, room, self.least_gain, urgent, work.scratch, tally.counts
+            )
 
         self.visit(work, order, kernel, tally, observer)
 
