@@ -1,0 +1,120 @@
+"""Calls of machine code: arguments as words, and the code that reads them.
+
+The code of an entry is a C function `int call(const int64_t *words, int64_t *results)`. A word is
+an integer or the bits of a double. An array takes a word for its address and one for each
+extent, a tuple the words of its items. The function returns 0 when the kernel did not fail.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import itertools
+import os
+import struct
+from collections.abc import Callable
+from typing import Any
+
+import llvmlite.binding as llvm
+import numpy as np
+
+from ._cache import Code
+
+SYMBOL = "call"
+
+# C types of the function. A call lets go of Python's lock.
+CALL = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_char_p, ctypes.c_void_p)
+
+# Letters of scalars in a layout, and in the formats of `struct`.
+SCALARS = {bool: "?", np.bool_: "?", int: "q", np.int64: "q", float: "d", np.float64: "d"}
+
+_number = itertools.count()
+
+
+def flatten(arguments: tuple[Any, ...]) -> tuple[str, list[int | float]]:
+    """The layout of some arguments and their words.
+
+    Arguments are C-contiguous arrays, scalars of the types that numpy has by default, and tuples
+    of these.
+
+    Returns
+    -------
+    layout : str
+        Equal for arguments that the same machine code can take.
+    words : list
+
+    Raises
+    ------
+    TypeError
+        Some argument is none of these.
+    """
+    layout: list[str] = []
+    words: list[int | float] = []
+    _append(arguments, layout, words)
+    return " ".join(layout), words
+
+
+def _append(values: tuple[Any, ...], layout: list[str], words: list[int | float]) -> None:
+    for value in values:
+        if isinstance(value, np.ndarray):
+            flags = value.flags
+            if not (flags.c_contiguous and flags.aligned):
+                raise TypeError("kernels take C-contiguous arrays only: see np.ascontiguousarray")
+            access = "" if flags.writeable else "r"
+            layout.append(f"{value.dtype.str}{value.ndim}{access}")
+            words.append(value.ctypes.data)
+            words.extend(value.shape)
+        elif isinstance(value, tuple):
+            layout.append(f"{type(value).__name__}(")
+            _append(value, layout, words)
+            layout.append(")")
+        elif letter := SCALARS.get(type(value)):
+            layout.append(letter)
+            words.append(float(value) if letter == "d" else int(value))
+        else:
+            raise TypeError(f"kernels take no {type(value).__name__}")
+
+
+def load(code: Code, words: list[int | float]) -> Callable[[list[int | float]], Any]:
+    """Make machine code ready to run.
+
+    Parameters
+    ----------
+    words : list
+        Of some arguments of the layout that the code is for.
+
+    Returns
+    -------
+    run : callable
+        Takes such words.
+    """
+    library = _linked(code.image)
+    call = CALL(library[SYMBOL])
+    pack = struct.Struct("".join("d" if isinstance(w, float) else "q" for w in words)).pack
+    unpack = struct.Struct(code.results.strip("()")).unpack_from
+    new_results = ctypes.c_int64 * len(code.results.strip("()"))
+    is_tuple = code.results.startswith("(")
+
+    def run(words: list[int | float]) -> Any:
+        results = new_results()
+        if call(pack(*words), results):
+            raise RuntimeError("a kernel failed")
+        values = unpack(results)
+        return values if is_tuple else next(iter(values), None)
+
+    run.library = library  # type: ignore[attr-defined]  # the code goes with it
+    return run
+
+
+@functools.cache
+def _linker() -> llvm.LLJIT:
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    return llvm.create_lljit_compiler(use_jit_link=os.name != "nt", suppress_errors=True)
+
+
+def _linked(image: bytes) -> llvm.ResourceTracker:
+    """Link an object file to the symbols of this process, such as the functions of libm."""
+    builder = llvm.JITLibraryBuilder()
+    builder.add_object_img(image).add_current_process().export_symbol(SYMBOL)
+    return builder.link(_linker(), f"kernel {next(_number)}")
