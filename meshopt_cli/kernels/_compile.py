@@ -198,7 +198,7 @@ def value_of(
         array = context.make_array(kind)(context, builder)
         shape = [next(words) for _ in range(kind.ndim)]
         stride = itemsize = WORD(context.get_abi_sizeof(context.get_data_type(kind.dtype)))
-        strides = []
+        strides: list[ir.Value] = []
         for extent in reversed(shape):
             strides.insert(0, stride)
             stride = builder.mul(stride, extent)

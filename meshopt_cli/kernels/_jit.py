@@ -9,9 +9,12 @@ from __future__ import annotations
 import functools
 import hashlib
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from . import _cache
+
+if TYPE_CHECKING:
+    from . import _native
 
 
 class Kernel:
@@ -44,16 +47,17 @@ class Entry:
     def __init__(self, function: Callable[..., Any]) -> None:
         functools.update_wrapper(self, function)
         self.py_func = function
-        self._loaded: dict[str, Callable[[list[int | float]], Any]] = {}
+        self._loaded: dict[str, _native.Native] = {}
 
     def __call__(self, *arguments: Any) -> Any:
         from . import _native
 
         layout, words = _native.flatten(arguments)
-        run = self._loaded.get(layout)
-        if run is None:
-            run = self._loaded[layout] = _native.load(self._code(layout, arguments), words)
-        return run(words)
+        native = self._loaded.get(layout)
+        if native is None:
+            native = _native.Native(self._code(layout, arguments), words)
+            self._loaded[layout] = native
+        return native(words)
 
     def _code(self, layout: str, arguments: tuple[Any, ...]) -> _cache.Code:
         """The code for such arguments: what is stored, or else compiled now and stored."""

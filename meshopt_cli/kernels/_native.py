@@ -12,7 +12,6 @@ import functools
 import itertools
 import os
 import struct
-from collections.abc import Callable
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -75,37 +74,6 @@ def _append(values: tuple[Any, ...], layout: list[str], words: list[int | float]
             raise TypeError(f"kernels take no {type(value).__name__}")
 
 
-def load(code: Code, words: list[int | float]) -> Callable[[list[int | float]], Any]:
-    """Make machine code ready to run.
-
-    Parameters
-    ----------
-    words : list
-        Of some arguments of the layout that the code is for.
-
-    Returns
-    -------
-    run : callable
-        Takes such words.
-    """
-    library = _linked(code.image)
-    call = CALL(library[SYMBOL])
-    pack = struct.Struct("".join("d" if isinstance(w, float) else "q" for w in words)).pack
-    unpack = struct.Struct(code.results.strip("()")).unpack_from
-    new_results = ctypes.c_int64 * len(code.results.strip("()"))
-    is_tuple = code.results.startswith("(")
-
-    def run(words: list[int | float]) -> Any:
-        results = new_results()
-        if call(pack(*words), results):
-            raise RuntimeError("a kernel failed")
-        values = unpack(results)
-        return values if is_tuple else next(iter(values), None)
-
-    run.library = library  # type: ignore[attr-defined]  # the code goes with it
-    return run
-
-
 @functools.cache
 def _linker() -> llvm.LLJIT:
     llvm.initialize_native_target()
@@ -118,3 +86,38 @@ def _linked(image: bytes) -> llvm.ResourceTracker:
     builder = llvm.JITLibraryBuilder()
     builder.add_object_img(image).add_current_process().export_symbol(SYMBOL)
     return builder.link(_linker(), f"kernel {next(_number)}")
+
+
+class Native:
+    """Machine code that is ready to run.
+
+    Parameters
+    ----------
+    words : list
+        Of some arguments of the layout that the code is for.
+    """
+
+    def __init__(self, code: Code, words: list[int | float]) -> None:
+        self._library = _linked(code.image)  # the code is there as long as this is
+        self._call = CALL(self._library[SYMBOL])
+        self._pack = struct.Struct(
+            "".join("d" if isinstance(w, float) else "q" for w in words)
+        ).pack
+        self._is_tuple = code.results.startswith("(")
+        results = code.results.strip("()")
+        self._unpack = struct.Struct(results).unpack_from
+        self._new_results = ctypes.c_int64 * len(results)
+
+    def __call__(self, words: list[int | float]) -> Any:
+        """Run it with the words of arguments of that layout.
+
+        Raises
+        ------
+        RuntimeError
+            The kernel raised an exception, which none does unless bounds are checked.
+        """
+        results = self._new_results()
+        if self._call(self._pack(*words), results):
+            raise RuntimeError("a compiled kernel failed: NUMBA_DISABLE_JIT=1 tells where")
+        values = self._unpack(results)
+        return values if self._is_tuple else next(iter(values), None)
