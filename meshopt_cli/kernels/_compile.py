@@ -8,11 +8,13 @@ from typing import Any
 
 import numba
 from llvmlite import ir
+from numba import _helperlib
 from numba.core import types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, CompileResult, DefaultPassBuilder, Flags
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import PassManager, register_pass
+from numba.core.intrinsics import INTR_MATH
 from numba.core.typed_passes import NativeLowering
 from numba.extending import typeof_impl
 from numba.np.arrayobj import populate_array
@@ -208,3 +210,12 @@ def value_of(
     if kind == types.boolean:
         return builder.trunc(word, context.get_value_type(kind))
     return builder.bitcast(word, context.get_value_type(kind))
+
+
+def symbols_of_numba() -> dict[str, int]:
+    """Addresses of the functions that numba brings along for the code that it makes."""
+    helpers = _helperlib.c_helpers
+    return {
+        **{f"numba_{name}": address for name, address in helpers.items()},
+        **{name: helpers[name] for name in INTR_MATH},
+    }

@@ -12,6 +12,7 @@ import functools
 import itertools
 import os
 import struct
+from collections.abc import Mapping
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -57,8 +58,8 @@ def _append(values: tuple[Any, ...], layout: list[str], words: list[int | float]
     for value in values:
         if isinstance(value, np.ndarray):
             flags = value.flags
-            if not (flags.c_contiguous and flags.aligned):
-                raise TypeError("kernels take C-contiguous arrays only: see np.ascontiguousarray")
+            if not (flags.c_contiguous and flags.aligned and value.dtype.isnative):
+                raise TypeError("kernels take C-contiguous arrays in native byte order only")
             access = "" if flags.writeable else "r"
             layout.append(f"{value.dtype.str}{value.ndim}{access}")
             words.append(value.ctypes.data)
@@ -81,11 +82,30 @@ def _linker() -> llvm.LLJIT:
     return llvm.create_lljit_compiler(use_jit_link=os.name != "nt", suppress_errors=True)
 
 
-def _linked(image: bytes) -> llvm.ResourceTracker:
-    """Link an object file to the symbols of this process, such as the functions of libm."""
+def _link(image: bytes, symbols: Mapping[str, int]) -> llvm.ResourceTracker:
+    """Link an object file to functions of this process, and to some given by their addresses.
+
+    Raises
+    ------
+    RuntimeError
+        It needs others.
+    """
     builder = llvm.JITLibraryBuilder()
     builder.add_object_img(image).add_current_process().export_symbol(SYMBOL)
+    for name, address in symbols.items():
+        builder.import_symbol(name, address)
     return builder.link(_linker(), f"kernel {next(_number)}")
+
+
+def _linked(image: bytes) -> llvm.ResourceTracker:
+    """The code of an object file, there as long as this is."""
+    try:
+        return _link(image, {})
+    except RuntimeError:
+        # Some functions of libm are no part of a process on every platform; numba brings its own.
+        from ._compile import symbols_of_numba
+
+        return _link(image, symbols_of_numba())
 
 
 class Native:
@@ -98,11 +118,10 @@ class Native:
     """
 
     def __init__(self, code: Code, words: list[int | float]) -> None:
-        self._library = _linked(code.image)  # the code is there as long as this is
+        self._library = _linked(code.image)
         self._call = CALL(self._library[SYMBOL])
-        self._pack = struct.Struct(
-            "".join("d" if isinstance(w, float) else "q" for w in words)
-        ).pack
+        letters = ("d" if isinstance(word, float) else "q" for word in words)
+        self._pack = struct.Struct("".join(letters)).pack
         self._is_tuple = code.results.startswith("(")
         results = code.results.strip("()")
         self._unpack = struct.Struct(results).unpack_from
