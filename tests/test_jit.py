@@ -40,6 +40,20 @@ class Outer(NamedTuple):
     number: int
 
 
+class Part(NamedTuple):
+    """A part of `Found`."""
+
+    value: float
+
+
+class Found(NamedTuple):
+    """Results of every kind that an entry may have."""
+
+    is_positive: bool
+    number: int
+    rest: tuple[float, Part]
+
+
 @_jit.inlined
 def half(value):
     return 0.5 * value
@@ -68,6 +82,11 @@ def twice(values):
         values[i] *= 2
 
 
+def described(values):
+    """Results of every kind."""
+    return Found(values[0] > 0.0, len(values), (values[0], Part(values[0] + 1.0)))
+
+
 def scaled(x, n):
     """Its code needs a function that only numba has."""
     return math.ldexp(x, n)
@@ -75,6 +94,10 @@ def scaled(x, n):
 
 def first(values):
     return values[0]
+
+
+def array(values):
+    return values
 
 
 def outer():
@@ -122,6 +145,20 @@ def test_none_and_scalars(folder):
     assert values.tolist() == [3.0, 4.0]
     assert _jit.Entry(first)(values) == 3.0
     assert _jit.Entry(first)(np.array([7, 8])) == 7
+
+
+def test_named_tuples_come_back(folder):
+    for value in (2.0, -3.0):
+        found = _jit.Entry(described)(np.array([value]))
+        assert found == described(np.array([value]))
+        assert isinstance(found, Found)
+        assert isinstance(found.rest[1], Part)
+        assert isinstance(found.is_positive, bool)
+
+
+def test_arrays_do_not(folder):
+    with pytest.raises(TypeError, match="kernels return no array"):
+        _jit.Entry(array)(np.ones(2))
 
 
 def test_code_is_loaded_as_stored(folder, compiled):

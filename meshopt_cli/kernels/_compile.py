@@ -25,8 +25,8 @@ from ._native import SYMBOL
 
 WORD = ir.IntType(64)
 
-# Letters of `struct` for what a kernel may return.
-RESULTS = {types.int64: "q", types.float64: "d"}
+# Letters of the scalars that a kernel may return, as in `_native.SCALARS`.
+RESULTS = {types.int64: "q", types.float64: "d", types.boolean: "?"}
 
 
 class Bitcode(JITCodeLibrary):
@@ -130,24 +130,35 @@ def type_of_kernel(kernel: Kernel, _context: Any) -> types.Dispatcher:
 
 @global_compiler_lock
 def compile_entry(function: Callable[..., Any], arguments: tuple[Any, ...]) -> Code:
-    """Compile a function for arguments of the types of these."""
+    """Compile a function for arguments of the types of these.
+
+    Raises
+    ------
+    TypeError
+        It returns something else than scalars and tuples.
+    """
     signature = tuple(numba.typeof(argument) for argument in arguments)
     dispatcher = numba.njit(**OPTIONS)(function)
     dispatcher.compile(signature)
     compiled = dispatcher.overloads[signature]
+    results = results_of(compiled.fndesc.restype)
     image = Image(compiled.target_context.codegen(), function.__name__)
     image.add_linking_library(compiled.library)
     image.add_ir_module(wrapper_of(compiled))
     image.finalize()
-    return Code(image.emit(), results_of(compiled.fndesc.restype))
+    return Code(image.emit(), results)
 
 
 def results_of(returned: types.Type) -> str:
-    """Format of what a kernel returns: a letter for a scalar, `(...)` for a tuple, or nothing."""
+    """The layout of what a kernel returns, with the class of each named tuple; see `_native`."""
     if isinstance(returned, types.NoneType):
         return ""
     if isinstance(returned, types.BaseTuple):
-        return f"({''.join(RESULTS[item] for item in returned)})"
+        named = returned.instance_class if isinstance(returned, types.BaseNamedTuple) else tuple
+        items = " ".join(results_of(item) for item in returned)
+        return f"{named.__module__}:{named.__qualname__}( {items} )"
+    if returned not in RESULTS:
+        raise TypeError(f"kernels return no {returned}")
     return RESULTS[returned]
 
 
@@ -170,12 +181,8 @@ def wrapper_of(compiled: CompileResult) -> ir.Module:
     status, returned = context.call_conv.call_function(
         builder, callee, kernel.restype, kernel.argtypes, values
     )
-    items = [returned]
-    if isinstance(kernel.restype, types.BaseTuple):
-        items = [builder.extract_value(returned, i) for i in range(len(kernel.restype))]
-    for i, _ in enumerate(results_of(kernel.restype).strip("()")):
-        place = builder.gep(results, [WORD(i)])
-        builder.store(builder.bitcast(items[i], WORD), place)
+    for place, word in enumerate(words_of(builder, kernel.restype, returned)):
+        builder.store(word, builder.gep(results, [WORD(place)]))
     builder.ret(builder.zext(status.is_error, status_type))
     return module
 
@@ -210,6 +217,17 @@ def value_of(
     if kind == types.boolean:
         return builder.trunc(word, context.get_value_type(kind))
     return builder.bitcast(word, context.get_value_type(kind))
+
+
+def words_of(builder: ir.IRBuilder, kind: types.Type, value: ir.Value) -> Iterator[ir.Value]:
+    """The words of a result, in the order of `results_of`."""
+    if isinstance(kind, types.BaseTuple):
+        for i, item in enumerate(kind):
+            yield from words_of(builder, item, builder.extract_value(value, i))
+    elif kind == types.boolean:
+        yield builder.zext(value, WORD)
+    elif not isinstance(kind, types.NoneType):
+        yield builder.bitcast(value, WORD)
 
 
 def symbols_of_numba() -> dict[str, int]:

@@ -3,6 +3,8 @@
 The code of an entry is a C function `int call(const int64_t *words, int64_t *results)`. A word is
 an integer or the bits of a double. An array takes a word for its address and one for each
 extent, a tuple the words of its items. The function returns 0 when the kernel did not fail.
+
+A layout is a list of items: a letter for a scalar, the type of an array, `name( ... )` for a tuple.
 """
 
 from __future__ import annotations
@@ -11,8 +13,9 @@ import ctypes
 import functools
 import itertools
 import os
+import pkgutil
 import struct
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -108,6 +111,29 @@ def _linked(image: bytes) -> llvm.ResourceTracker:
         return _link(image, symbols_of_numba())
 
 
+# What makes a result of its items, and these; the letter of a scalar.
+Template = tuple[Callable[[list[Any]], Any], list[Any]] | str
+
+
+def _templates(layout: Iterator[str]) -> list[Template]:
+    """The items of a layout of results, up to the end of the tuple that they are in."""
+    items: list[Template] = []
+    for item in itertools.takewhile(lambda item: item != ")", layout):
+        if item.endswith("("):
+            named = pkgutil.resolve_name(item[:-1])
+            items.append((getattr(named, "_make", named), _templates(layout)))
+        else:
+            items.append(item)
+    return items
+
+
+def _assembled(template: Template, values: Iterator[Any]) -> Any:
+    if isinstance(template, str):
+        return bool(next(values)) if template == "?" else next(values)
+    make, items = template
+    return make([_assembled(item, values) for item in items])
+
+
 class Native:
     """Machine code that is ready to run.
 
@@ -122,10 +148,11 @@ class Native:
         self._call = CALL(self._library[SYMBOL])
         letters = ("d" if isinstance(word, float) else "q" for word in words)
         self._pack = struct.Struct("".join(letters)).pack
-        self._is_tuple = code.results.startswith("(")
-        results = code.results.strip("()")
-        self._unpack = struct.Struct(results).unpack_from
-        self._new_results = ctypes.c_int64 * len(results)
+        layout = code.results.split()
+        self._templates = _templates(iter(layout))
+        scalars = ["d" if item == "d" else "q" for item in layout if item in SCALARS.values()]
+        self._unpack = struct.Struct("".join(scalars)).unpack_from
+        self._new_results = ctypes.c_int64 * len(scalars)
 
     def __call__(self, words: list[int | float]) -> Any:
         """Run it with the words of arguments of that layout.
@@ -138,5 +165,6 @@ class Native:
         results = self._new_results()
         if self._call(self._pack(*words), results):
             raise RuntimeError("a compiled kernel failed: NUMBA_DISABLE_JIT=1 tells where")
-        values = self._unpack(results)
-        return values if self._is_tuple else next(iter(values), None)
+        values = iter(self._unpack(results))
+        # None is a result without a word.
+        return _assembled(self._templates[0], values) if self._templates else None
