@@ -178,6 +178,16 @@ def test_every_layout_has_code_of_its_own(folder, compiled):
     assert len(list(folder.iterdir())) == 3
 
 
+def test_a_changed_source_is_compiled_again(folder, tmp_path):
+    source = tmp_path / "changing.py"
+    for factor in (2, 3):
+        text = f"def f(x):\n    return {factor} * x\n"
+        source.write_text(text)
+        names = {"__name__": "changing"}
+        exec(compile(text, source, "exec"), names)
+        assert _jit.Entry(names["f"])(5) == factor * 5
+
+
 def test_a_read_only_array_cannot_be_written_to(folder):
     values = np.ones(2)
     values.flags.writeable = False

@@ -6,9 +6,11 @@ numba (see `_compile`), whose import takes longer than loading them all.
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import _cache
@@ -61,9 +63,12 @@ class Entry:
 
     def _code(self, layout: str, arguments: tuple[Any, ...]) -> _cache.Code:
         """The code for such arguments: what is stored, or else compiled now and stored."""
+        digest = hashlib.sha256(layout.encode())
+        # An entry need not be among the kernels, whose sources name the folder: tests have some.
+        with contextlib.suppress(OSError):
+            digest.update(Path(self.py_func.__code__.co_filename).read_bytes())
         module = self.py_func.__module__.rpartition(".")[2]
-        digest = hashlib.sha256(layout.encode()).hexdigest()[:16]
-        name = f"{module}.{self.py_func.__name__}-{digest}.o"
+        name = f"{module}.{self.py_func.__name__}-{digest.hexdigest()[:16]}.o"
         code = _cache.read(name)
         if code is None:
             from . import _compile
