@@ -54,7 +54,41 @@ def canonical(rows: Array, n_points: int) -> Array:
     """The rows as a set: equal for the same rows in any order, turned in any way."""
     if n_points ** rows.shape[1] < 2**62:
         return np.sort(row_keys(rows, n_points))
-    return np.unique(np.sort(rows, axis=1), axis=0)
+    return distinct_rows(np.sort(rows, axis=1))[0]
+
+
+def distinct_rows(rows: Array) -> tuple[Array, Array, Array]:
+    """Each row once, in the order of their first columns, then of the next.
+
+    `np.unique` does the same along an axis, in several times the time.
+
+    Parameters
+    ----------
+    rows : (n, k)
+
+    Returns
+    -------
+    distinct : (m, k)
+    number : (n,) int64
+        Place of each row in `distinct`.
+    count : (m,) int64
+        How often each is there.
+    """
+    order = np.lexsort(rows.T[::-1])
+    ordered = rows[order]
+    is_new = np.ones(len(rows), dtype=bool)
+    is_new[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    number = np.empty(len(rows), dtype=np.int64)
+    number[order] = np.cumsum(is_new) - 1
+    start = np.flatnonzero(is_new)
+    return ordered[start], number, np.diff(start, append=len(rows))
+
+
+def is_used(cells: Array, n_points: int) -> Array:
+    """Whether each point is a vertex of a cell, (np,)."""
+    used = np.zeros(n_points, dtype=bool)
+    used[cells.ravel()] = True
+    return used
 
 
 def facets(cells: Array) -> Array:

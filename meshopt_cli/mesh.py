@@ -232,8 +232,8 @@ def regions_of(blocks: list[Block], regions: tuple[str, ...] | None = None) -> A
     if not tags:
         return np.zeros(n_cells, dtype=np.int64)
     rows = np.stack([tags[n].astype(np.int64) for n in tags], axis=1)
-    _, region = np.unique(rows, axis=0, return_inverse=True)
-    return region.reshape(-1).astype(np.int64)
+    _, region, _ = adjacency.distinct_rows(rows)
+    return region
 
 
 def main_blocks(mesh: Mesh, cell_type: str) -> list[Block]:
@@ -261,10 +261,11 @@ def cast(mesh: Mesh) -> Simplices:
     blocks = main_blocks(mesh, cell_type)
     cells = np.ascontiguousarray(np.concatenate([b.cells for b in blocks]), dtype=np.int64)
     points = with_depth(mesh.points)
+    used = adjacency.is_used(cells, len(points))
     frame = None
     turned = False
     if cell_type == "triangle":
-        tolerance = flatness(points[np.unique(cells)], mesh.points.dtype)
+        tolerance = flatness(points[used], mesh.points.dtype)
         frame = plane_of(points, cells, tolerance)
         if frame is None:
             raise UnsupportedMeshError(
@@ -283,7 +284,7 @@ def cast(mesh: Mesh) -> Simplices:
     fixed = np.zeros(len(points), dtype=bool)
     vertices = np.unique(declared(mesh, "vertex"))
     # A file that declares every vertex (as Mmg writes them) says nothing by it.
-    if len(vertices) < len(np.unique(cells)):
+    if len(vertices) < np.count_nonzero(used):
         fixed[vertices] = True
     for name in (CORNER, REQUIRED):
         if name in mesh.point_data:

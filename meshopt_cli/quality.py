@@ -155,7 +155,7 @@ def target(simplices: Simplices, measure: Measure, most: int | None = None) -> f
     estimate_targets(measure.code, simplices.points, faces, bound)
     worst = math.inf
     # Regular grids have a few shapes of faces, many times over: each is searched once.
-    _, shape = np.unique(_shapes(simplices.points[faces]), axis=0, return_inverse=True)
+    _, shape, _ = adjacency.distinct_rows(_shapes(simplices.points[faces]))
     seen: set[int] = set()
     for row in np.argsort(bound, kind="stable"):
         if bound[row] >= worst or len(seen) == most:
@@ -237,7 +237,7 @@ def summarize(
         measure=measure.name,
         dimension=simplices.dimension,
         n_cells=len(simplices.cells),
-        n_points=len(np.unique(simplices.cells)),
+        n_points=int(np.count_nonzero(adjacency.is_used(simplices.cells, len(simplices.points)))),
         counts=histogram(degradation),
         n_invalid=len(q) - len(valid),
         worst=float(degradation.max(initial=1.0)),

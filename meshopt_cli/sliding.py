@@ -61,8 +61,8 @@ def labels(blocks: list[Block]) -> Array:
     for name in names:
         parts = [b.data.get(name, np.zeros(len(b.cells), np.int64)) for b in blocks]
         columns.append(np.concatenate(parts).astype(np.int64))
-    _, label = np.unique(np.stack(columns, axis=1), axis=0, return_inverse=True)
-    return label.reshape(-1)
+    _, label, _ = adjacency.distinct_rows(np.stack(columns, axis=1))
+    return label
 
 
 def _is_label(values: Array) -> bool:

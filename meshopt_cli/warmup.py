@@ -15,8 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .kernels import measures, relocate
-from .kernels._jit import CACHE_ROOT, missing, note
+from .kernels import _cache, measures, relocate
 from .kernels.audit import audit
 from .kernels.classify import TetType
 from .kernels.collapse import Collapse, sweep_collapse
@@ -150,7 +149,7 @@ def compile_here(groups: Iterable[str]) -> None:
     work = one_tet()
     for group in groups:
         TASKS[group].compile(work)
-        note(group)
+        _cache.note(group)
 
 
 def compile_groups(groups: Iterable[str]) -> None:
@@ -159,8 +158,8 @@ def compile_groups(groups: Iterable[str]) -> None:
     A process that fails is no harm: what it did not compile is compiled when it is needed.
     """
     n_cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    shares = shares_of(missing(groups), n_cores or 1)
-    environment = {**os.environ, "MESHOPT_CACHE_DIR": str(CACHE_ROOT)}
+    shares = shares_of(_cache.missing(groups), n_cores or 1)
+    environment = {**os.environ, "MESHOPT_CACHE_DIR": str(_cache.folder().parent)}
     helpers = [
         subprocess.Popen(
             [sys.executable, "-m", "meshopt_cli.warmup", *share],

@@ -150,7 +150,8 @@ class Workspace:
     @property
     def n_input_vertices(self) -> int:
         """Number of points that cells of the input used."""
-        return len(np.unique(self._source.cells))
+        used = adjacency.is_used(self._source.cells, self.n_input_points)
+        return int(np.count_nonzero(used))
 
     @property
     def n_vertices(self) -> int:

@@ -21,6 +21,16 @@ MANY = 2**21 + 7  # three vertex numbers no longer fit one word
 on_grids = pytest.mark.parametrize("name", GRIDS)
 
 
+@given(st.lists(st.tuples(st.integers(-2, 2), st.integers(0, 1), st.integers(-1, 1))))
+def test_distinct_rows_are_those_of_numpy(rows):
+    rows = np.array(rows, dtype=np.int64).reshape(-1, 3)
+    distinct, number, count = np.unique(rows, axis=0, return_inverse=True, return_counts=True)
+    for ours, theirs in zip(
+        adjacency.distinct_rows(rows), (distinct, number.ravel(), count), strict=True
+    ):
+        np.testing.assert_array_equal(ours, theirs)
+
+
 def parts(name):
     """Cells of a grid, with one region, and the number of its points."""
     grid = GRIDS[name]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
-import secrets
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -41,7 +40,7 @@ def replacing(path: Path) -> Iterator[Path]:
     was if anything fails, with an OSError if it or its folder cannot be written to.
     """
     target = target_of(path)
-    temporary = target.with_name(f".meshopt-{secrets.token_hex(8)}")
+    temporary = target.with_name(f".meshopt-{os.urandom(8).hex()}")
     try:
         temporary.open("xb").close()
         yield temporary

@@ -1,1 +1,1 @@
-"""Compiled kernels: flat loops over arrays, importing numpy, numba and each other only."""
+"""Compiled kernels: flat loops over arrays, importing numpy and each other only."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..adjacency import row_ids
+from ..adjacency import distinct_rows, row_ids
 from . import geometry
 from .geometry import MANY, Array, Pairs
 
@@ -191,7 +191,7 @@ def _missing_simplices(study: Study, skin: Skin, sign: float) -> list[Array]:
         for a, b in ((same, same + lag), (same + lag, same)):
             pairs.append(np.stack([facet[a], tip[b]], axis=1))
     # A simplex is a facet and one more vertex that all its sides lead to.
-    found, count = np.unique(np.concatenate(pairs), axis=0, return_counts=True)
+    found, _, count = distinct_rows(np.concatenate(pairs))
     found = found[count >= d]
     if not len(found):
         return []

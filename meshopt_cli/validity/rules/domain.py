@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...adjacency import row_ids
+from ...adjacency import distinct_rows, row_ids
 from ...mesh import TAG_NAMES, Array
 from .. import boundary
 from ..model import ERROR, SEARCH, WARNING, Places, at_cells, rule
@@ -240,10 +240,10 @@ def _regions(study: Study) -> Array | None:
     if not names or study.dimension < 2:
         return None
     rows = np.concatenate([np.stack([b.data[n] for n in names], axis=1) for b, _ in top])
-    _, number = np.unique(rows, axis=0, return_inverse=True)
+    _, number, _ = distinct_rows(rows)
     region = np.full(study.n_cells, number.max() + 1)
     at = np.concatenate([np.arange(first, first + len(block.cells)) for block, first in top])
-    region[at] = number.reshape(-1)
+    region[at] = number
     return region
 
 

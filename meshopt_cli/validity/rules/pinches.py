@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...adjacency import distinct_rows
 from ...mesh import Array
 from .. import boundary, geometry
 from ..study import Study
@@ -54,8 +55,7 @@ def pinches(study: Study) -> Pinches:
         return Pinches(NONE, NONE, NONE)
     part = boundary.parts(study)[skin.owners[sides.facet]]
     # Each part by itself: its facets may meet in pairs at a side where others meet too.
-    _, own = np.unique(np.stack([sides.side, part], axis=1), axis=0, return_inverse=True)
-    own = own.reshape(-1)
+    _, own, _ = distinct_rows(np.stack([sides.side, part], axis=1))
     sheet = _sheets(study, own)
     moot = _moot(study)
     heavy = (np.bincount(own)[own] > 2) & (study.dimension == 3) & ~moot[vertex]
@@ -123,7 +123,7 @@ def _sheets(study: Study, side: Array) -> Array:
 
 def _is_single(vertex: Array, sheet: Array) -> bool:
     """Whether every vertex is in one sheet only."""
-    pairs = np.unique(np.stack([vertex, sheet], axis=1), axis=0)
+    pairs, _, _ = distinct_rows(np.stack([vertex, sheet], axis=1))
     return bool((np.diff(pairs[:, 0]) != 0).all())
 
 
