@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import subprocess
 import sys
@@ -275,7 +276,7 @@ def do_collapse(mesh, plan, scratch):
 @entry
 def plan_insertion(mesh, cell, scratch):
     """`simulate_insertion` for Python."""
-    return split.simulate_insertion(mesh, cell, 0.0, scratch)
+    return split.simulate_insertion(mesh, cell, 0.0, math.inf, scratch)
 
 
 @entry

@@ -31,7 +31,7 @@ def threshold(rule, floor, before):
     rule : int
         STRICT: the worst q must rise. RATIO: it may not fall below `floor` times what it
         was. FLOOR: it may fall, but not below `floor`. VALID: all cells must stay positive.
-        MEAN: as FLOOR, and the mean Q must fall, which `lowers` tells.
+        MEAN: as FLOOR, and `mean_falls` must hold, which the simulation asks last.
     before : float
         Worst q of the patch as it is.
     """
@@ -55,6 +55,6 @@ def is_accepted(rule, floor, before, after):
 
 
 @inlined
-def lowers(rule, before, after):
-    """Whether the mean Q of a patch may go from `before` to `after`: only MEAN asks that it fall."""
-    return rule != MEAN or after < before - MEAN_GAIN * before
+def mean_falls(before, after):
+    """Whether `after` counts as a gain over `before`, both the mean Q of a patch."""
+    return after < before - MEAN_GAIN * before

@@ -9,7 +9,7 @@ import math
 from typing import NamedTuple
 
 from ._jit import entry, kernel
-from .accept import MEAN, is_accepted, lowers, threshold
+from .accept import MEAN, is_accepted, mean_falls, threshold
 from .ball import gather_ball, local_index, longest_edge_at, next_stamp, quality_at, touch, worst_of
 from .cavity import kill_cell, link
 from .geometry import Vec, at, toward
@@ -81,7 +81,7 @@ def lowers_mean(mesh, n, n_other, vertex, onto, p, scratch):
             after += 1.0 / quality_at(mesh, handle, p)
             n_before += 1
             n_after += 1
-    return lowers(MEAN, before / n_before, after / n_after)
+    return mean_falls(before / n_before, after / n_after)
 
 
 @kernel

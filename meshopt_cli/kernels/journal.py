@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from ._jit import kernel
-from .accept import MEAN, lowers
+from .accept import mean_falls
 from .types import (
     J_ACTIVE,
     J_ALIVE,
@@ -172,4 +172,4 @@ def lowers_mean(mesh, scratch):
             if mesh.alive[journal.cells[i, J_ROW]]:
                 after += 1.0 / mesh.quality[journal.cells[i, J_ROW]]
                 n_after += 1
-    return lowers(MEAN, before / n_before, after / n_after)
+    return mean_falls(before / n_before, after / n_after)

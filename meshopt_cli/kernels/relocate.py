@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ._jit import entry, inlined, kernel
-from .accept import MEAN, gained, is_accepted, lowers, threshold
+from .accept import MEAN, gained, is_accepted, mean_falls, threshold
 from .ball import gather_ball, longest_edge_at, next_stamp, quality_at, sum_of, touch, worst_of
 from .geometry import (
     FREE,
@@ -335,7 +335,9 @@ def simulate_relocation(mesh, vertex, how, scratch):
     for _ in range(N_HALVINGS):
         q = rounded(mesh, toward(p, goal, t))
         worst, total = spread_at(mesh, ball, n, q, stop)
-        if is_accepted(how.rule, how.floor, before, worst) and lowers(how.rule, sum_before, total):
+        if is_accepted(how.rule, how.floor, before, worst) and (
+            how.rule != MEAN or mean_falls(sum_before, total)
+        ):
             return RelocationPlan(APPLIED, n, q, worst)
         t *= 0.5
     return RelocationPlan(NOT_BETTER if worst > 0.0 else INVALID, n, p, worst)

@@ -10,7 +10,7 @@ import math
 from typing import NamedTuple
 
 from ._jit import entry, kernel
-from .accept import FLAT, MEAN, is_accepted, lowers, threshold
+from .accept import FLAT, MEAN, is_accepted, mean_falls, threshold
 from .cavity import has_room, replace_cells
 from .geometry import at
 from .measures import tet_quality
@@ -301,7 +301,7 @@ def lowers_mean(mesh, plan, scratch):
             at(mesh.points, scratch.created[i, 2]),
             at(mesh.points, scratch.created[i, 3]),
         )
-    return lowers(MEAN, before / plan.n_old, after / plan.n_new)
+    return mean_falls(before / plan.n_old, after / plan.n_new)
 
 
 @kernel

@@ -12,7 +12,7 @@ import math
 from typing import NamedTuple
 
 from ._jit import entry, kernel
-from .accept import MEAN, lowers
+from .accept import mean_falls
 from .ball import longest_edge_at, next_stamp, quality_at
 from .cavity import has_room, replace_cells
 from .geometry import FREE, Vec, at, toward
@@ -181,7 +181,7 @@ def lowers_mean(mesh, n_cells, n_facets, p, scratch):
         before += 1.0 / mesh.quality[scratch.cavity[i]]
     for i in range(n_facets):
         after += 1.0 / quality_at(mesh, scratch.ball[i], p)
-    return lowers(MEAN, before / n_cells, after / n_facets)
+    return mean_falls(before / n_cells, after / n_facets)
 
 
 @kernel

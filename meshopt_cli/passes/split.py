@@ -11,11 +11,8 @@ from .. import adjacency
 from ..kernels.constrained import sweep_constrained
 from ..kernels.split import sweep_split
 from ..workspace import Workspace
-from .base import Observer, Operator, Tally, option
+from .base import Observer, Operator, Tally, option, urgency, urgent_q
 
-
-import os
-URGENT = float(os.environ.get('URGENT','1.5'))
 
 @dataclass
 class Split(Operator):
@@ -31,6 +28,7 @@ class Split(Operator):
     least_gain: float = option(
         0.1, "least gain of the worst quality of a cavity, as a part of it", least=0.0
     )
+    urgent: float = urgency()
     constrained: float = option(
         0.0, "also split cells, and internal edges and faces, that have all their vertices on the "
         "boundary, as long as this part of the quality is left; 0: do not",
@@ -45,12 +43,10 @@ class Split(Operator):
             return
         room = work.make_room(self.max_vertices, len(cells))
         order = self.ordered(work, cells, quality)
-        urgent = work.standing().worst * URGENT
+        urgent = urgent_q(work, self.urgent)
 
         def kernel(chunk):
-            sweep_split(
-                work.mesh, chunk, room, self.least_gain, urgent, work.scratch, tally.counts
-            )
+            sweep_split(work.mesh, chunk, room, self.least_gain, urgent, work.scratch, tally.counts)
 
         self.visit(work, order, kernel, tally, observer)
 
