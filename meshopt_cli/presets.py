@@ -7,7 +7,7 @@ beats relocation alone, and where it is not, little is lost.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from .errors import ConfigError
 from .kernels.measures import ANGLE_Q
@@ -74,7 +74,7 @@ def _rounds(stop: Stop, swap_below: float, smooth_below: float, split_below: flo
     return [Repeat(steps(Collapse()), stop), Repeat(steps(Split(below=split_below)), stop)]
 
 
-def _polish(worst: float) -> Repeat:
+def _polish(stop: Stop, worst: float) -> Repeat:
     """A better mean, where no cell comes to be worse than `worst` for it.
 
     What lifts the worst cell of a ball costs the others some of theirs, to no avail where the
@@ -83,9 +83,9 @@ def _polish(worst: float) -> Repeat:
     floor = 1.0 / worst
     collapse = Collapse(accept="mean", floor=floor, below=worst, min_vertices=0.6)
     swap = Swap(accept="mean", floor=floor, below=1.5)
-    return Repeat(
-        Sequence((collapse, swap, Smooth(accept="mean", floor=floor, sweeps=2))), _POLISHED
-    )
+    smooth = Smooth(accept="mean", floor=floor, sweeps=2)
+    enough = replace(_POLISHED, target_quality=stop.target_quality)
+    return Repeat(Sequence((collapse, swap, smooth)), enough)
 
 
 def _fast(stop: Stop, dimension: int) -> tuple[Stage, ...]:
@@ -99,8 +99,10 @@ def _standard(stop: Stop, dimension: int) -> tuple[Stage, ...]:
 
 
 def _usual(stop: Stop, dimension: int) -> tuple[Stage, ...]:
-    rounds = _rounds(stop, _SWAP[dimension], _SMOOTH[dimension], _SPLIT[dimension])
-    return (_settle(), *rounds, _polish(_SPLIT[dimension]))
+    """Rounds without and with new vertices, then a better mean; twice, for what that allows."""
+    fewer, more = _rounds(stop, _SWAP[dimension], _SMOOTH[dimension], _SPLIT[dimension])
+    polish = _polish(stop, _SPLIT[dimension])
+    return (_settle(), fewer, more, polish, more, polish)
 
 
 def _best(stop: Stop, dimension: int) -> tuple[Stage, ...]:
@@ -113,7 +115,7 @@ def _best(stop: Stop, dimension: int) -> tuple[Stage, ...]:
         Mend(below=bar, max_vertices=_GROWTH, rings=1, harm=0.3, trials=2, urgent=1.1),
     )
     mend: tuple[Stage, ...] = tuple(Repeat(Sequence((way, settle)), stop) for way in ways)
-    mend = (*mend, _polish(bar))
+    mend = (*mend, _polish(stop, bar))
     if dimension == 3:
         mend = (WithAngles(mend),)
     return _audited(*_usual(stop, dimension), *mend)
