@@ -7,7 +7,7 @@ beats relocation alone, and where it is not, little is lost.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from .errors import ConfigError
 from .kernels.measures import ANGLE_Q
@@ -39,8 +39,9 @@ def _audited(*stages: Stage) -> tuple[Stage, ...]:
     return (Sequence((Check(inverted="allowed"), Untangle())), *stages, Sequence((Check(),)))
 
 
-# Relocation alone goes on while it gains this part of the quality.
+# Relocation alone, and the mean alone, go on while they gain these parts of the quality.
 _SETTLED = Stop(rounds=15, gain=0.08)
+_POLISHED = Stop(rounds=10, gain=0.03)
 
 # Worst Q of the places that are worth a visit: a regular triangulation of the plane is all 1, one
 # of space is not, so that in space there is nothing to win at Q = 1.5.
@@ -73,6 +74,20 @@ def _rounds(stop: Stop, swap_below: float, smooth_below: float, split_below: flo
     return [Repeat(steps(Collapse()), stop), Repeat(steps(Split(below=split_below)), stop)]
 
 
+def _polish(stop: Stop, worst: float) -> Repeat:
+    """A better mean, where no cell comes to be worse than `worst` for it.
+
+    What lifts the worst cell of a ball costs the others some of theirs, to no avail where the
+    boundary does not let that cell be good.
+    """
+    floor = 1.0 / worst
+    collapse = Collapse(accept="mean", floor=floor, below=worst, min_vertices=0.6)
+    swap = Swap(accept="mean", floor=floor, below=1.5)
+    smooth = Smooth(accept="mean", floor=floor, sweeps=2)
+    enough = replace(_POLISHED, target_quality=stop.target_quality)
+    return Repeat(Sequence((collapse, swap, smooth)), enough)
+
+
 def _fast(stop: Stop, dimension: int) -> tuple[Stage, ...]:
     swap = Swap(below=_SWAP[dimension], pick="best")
     smooth = Smooth(below=_SMOOTH[dimension], sweeps=2)
@@ -80,25 +95,30 @@ def _fast(stop: Stop, dimension: int) -> tuple[Stage, ...]:
 
 
 def _standard(stop: Stop, dimension: int) -> tuple[Stage, ...]:
-    swap, smooth = _SWAP[dimension], _SMOOTH[dimension]
-    return _audited(_settle(), *_rounds(stop, swap, smooth, _SPLIT[dimension]))
+    return _audited(*_usual(stop, dimension))
+
+
+def _usual(stop: Stop, dimension: int) -> tuple[Stage, ...]:
+    """Rounds without and with new vertices, then a better mean; twice, for what that allows."""
+    fewer, more = _rounds(stop, _SWAP[dimension], _SMOOTH[dimension], _SPLIT[dimension])
+    polish = _polish(stop, _SPLIT[dimension])
+    return (_settle(), fewer, more, polish, more, polish)
 
 
 def _best(stop: Stop, dimension: int) -> tuple[Stage, ...]:
     """As standard, then the worst cells one by one until they are as good as `_BAR`."""
-    swap, smooth = _SWAP[dimension], _SMOOTH[dimension]
     bar = _BAR[dimension]
-    usual = (_settle(), *_rounds(stop, swap, smooth, _SPLIT[dimension]))
-    settle = Smooth(below=smooth, sweeps=2)
+    settle = Smooth(below=_SMOOTH[dimension], sweeps=2)
     ways = (
         Mend(below=bar, max_vertices=_GROWTH),
         Mend(below=bar, max_vertices=_GROWTH, rings=3),
-        Mend(below=bar, max_vertices=_GROWTH, rings=1, harm=0.3, steps=10),
+        Mend(below=bar, max_vertices=_GROWTH, rings=1, harm=0.3, trials=2, urgent=1.1),
     )
     mend: tuple[Stage, ...] = tuple(Repeat(Sequence((way, settle)), stop) for way in ways)
+    mend = (*mend, _polish(stop, bar))
     if dimension == 3:
         mend = (WithAngles(mend),)
-    return _audited(*usual, *mend)
+    return _audited(*_usual(stop, dimension), *mend)
 
 
 PRESETS: dict[str, Preset] = {
@@ -107,7 +127,7 @@ PRESETS: dict[str, Preset] = {
         Preset("fast", "relocation, then a few rounds of swap and smooth", Stop(3, 2e-2), _fast),
         Preset(
             "standard",
-            "relocation, then rounds of swap, smooth, collapse, split and optimizing smooth",
+            "relocation, then rounds of swap, smooth, collapse and split, then a better mean",
             Stop(10, 1e-2),
             _standard,
         ),

@@ -79,12 +79,12 @@ def compile_collapse(work: Workspace) -> None:
 
 def compile_split(work: Workspace) -> None:
     mesh, scratch = work.mesh, work.scratch
-    sweep_split(mesh, NOTHING, 0, 0.0, scratch, no_counts())
+    sweep_split(mesh, NOTHING, 0, 0.0, 0.0, scratch, no_counts())
     sweep_constrained(mesh, NOTHING, mesh.fixed.copy(), 0.0, 0, scratch, no_counts())
 
 
 def compile_mend(work: Workspace) -> None:
-    how = Mending(0.0, 0.0, 0.0, 0, 0, 0)
+    how = Mending(0.0, 0.0, 0.0, 0, 0, 0, 0.0)
     remedies = np.zeros((len(TetType), 1), dtype=np.int64)
     sweep_mend(work.mesh, NOTHING, remedies, how, work.scratch, no_counts())
 

@@ -259,6 +259,12 @@ def do_swap(mesh, plan, scratch):
 
 
 @entry
+def plan_any_swap(mesh, cell, handle, how, scratch):
+    """`simulate_swap` for Python."""
+    return shell_swap.simulate_swap(mesh, cell, handle, how, scratch)
+
+
+@entry
 def plan_collapse(mesh, vertex, onto, how, scratch):
     """`simulate_midpoint_collapse` for Python, or `simulate_collapse` without `how.midpoint`."""
     if how.midpoint:
@@ -273,9 +279,9 @@ def do_collapse(mesh, plan, scratch):
 
 
 @entry
-def plan_insertion(mesh, cell, scratch):
+def plan_insertion(mesh, cell, urgent, scratch):
     """`simulate_insertion` for Python."""
-    return split.simulate_insertion(mesh, cell, 0.0, scratch)
+    return split.simulate_insertion(mesh, cell, 0.0, urgent, scratch)
 
 
 @entry

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -16,6 +18,7 @@ from meshopt_cli import adjacency
 from meshopt_cli.kernels import accept, measures
 from meshopt_cli.kernels.collapse import Collapse
 from meshopt_cli.kernels.relocate import Relocation
+from meshopt_cli.kernels.shell_swap import Swap
 from meshopt_cli.kernels.tables import TET_EDGES
 from meshopt_cli.kernels.types import (
     APPLIED,
@@ -40,6 +43,7 @@ RULES = {
     "no-worse": (accept.RATIO, 1.0),
     "floor": (accept.FLOOR, 0.3),
     "valid": (accept.VALID, 0.0),
+    "mean": (accept.MEAN, 0.4),
 }
 NOT_VISITED = -1
 
@@ -117,9 +121,19 @@ FACE_REMOVAL = Operator(
     lambda work, handle, *rule: patches.plan_face_removal(work.mesh, handle, *rule, work.scratch),
     apply_swap,
 )
+ANY_SWAP = Operator(
+    lambda work: itertools.product(work.living(), range(10)),
+    lambda work, place, *rule: patches.plan_any_swap(
+        work.mesh, *place, Swap(*rule, False), work.scratch
+    ),
+    apply_swap,
+)
+# Under the rule of the mean every cell is good enough for its mean to have to fall.
 INSERTION = Operator(
     lambda work: iter(work.living()),
-    lambda work, cell, *rule: patches.plan_insertion(work.mesh, cell, work.scratch),
+    lambda work, cell, rule, _: patches.plan_insertion(
+        work.mesh, cell, -math.inf if rule == accept.MEAN else math.inf, work.scratch
+    ),
     lambda work, _, plan: patches.do_insertion(work.mesh, plan, work.scratch),
 )
 RELOCATIONS = {
@@ -154,7 +168,7 @@ def is_allowed(rule, floor, before, after):
         return after > before
     if rule == accept.RATIO:
         return after > 0 and after >= floor * before
-    if rule == accept.FLOOR:
+    if rule in (accept.FLOOR, accept.MEAN):
         return after > 0 and after >= min(floor, before)
     return after > 0
 
@@ -185,6 +199,8 @@ def attempt(work, operator, handle, rule, floor):
     np.testing.assert_allclose(measured(twin, made).min(), worst, rtol=0, atol=1e-10)
     assert twin.mesh.quality[made].min() == pytest.approx(worst, abs=1e-12)
     assert is_allowed(rule, floor, work.mesh.quality[gone].min(), worst)
+    if rule == accept.MEAN:
+        assert np.mean(1.0 / measured(twin, made)) < np.mean(1.0 / measured(work, gone))
     return plan.verdict
 
 
@@ -223,7 +239,7 @@ def test_flip(rule):
     assert verdicts[NOT_BETTER] > 0 or rule == "valid"
 
 
-@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize("rule", [rule for rule in RULES if rule != "mean"])
 @pytest.mark.parametrize(
     "operator", [FACE_SWAP, EDGE_SWAP, FACE_REMOVAL], ids=["face", "edge", "faces"]
 )
@@ -233,6 +249,13 @@ def test_swap(operator, rule):
     assert verdicts[APPLIED] > 0
     assert verdicts[FIXED] > 0
     assert verdicts[NOT_BETTER] > 0 or rule == "valid"
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_any_swap(rule):
+    """The swaps that a sweep chooses from, the mean of theirs included."""
+    verdicts = attempts(shaken_workspace(3, 3), ANY_SWAP, rule)
+    assert verdicts[APPLIED] > 0
 
 
 @pytest.mark.parametrize("rule", RULES)
@@ -258,12 +281,13 @@ def test_insertion(patch):
     assert verdicts[APPLIED] > 0
 
 
+@pytest.mark.parametrize("rule", ["strict", "mean"])
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_insertion_anywhere(dimension):
+def test_insertion_anywhere(dimension, rule):
     """A new vertex in any cell of a grid keeps everything else."""
     work = shaken_workspace(dimension, 5)
     work.reserve_points(work.n_input_points + 1)
-    attempts(work, INSERTION, "strict")
+    attempts(work, INSERTION, rule)
 
 
 def everything(work):

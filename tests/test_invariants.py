@@ -72,13 +72,13 @@ def test_every_option_of_every_pass(kind, options, name):
         step.run(work, Silent())
         patches.assert_kept(source, work)
         accept = getattr(step, "accept", "strict")
-        if accept == "strict":
+        if accept in ("strict", "mean"):
             assert_not_worse(before, work)
         elif accept == "floor":
             assert work.standing().worst >= min(before.worst, step.floor) * (1 - 1e-12)
 
 
-@pytest.mark.parametrize("accept", ["ratio", "floor"])
+@pytest.mark.parametrize("accept", ["ratio", "floor", "mean"])
 @pytest.mark.parametrize("kind", [k for k in PASSES.values() if hasattr(k, "floor")])
 def test_tolerance(kind, accept):
     """A pass that may lose a part of the quality loses no more, and one that may lose none, none.
@@ -92,6 +92,26 @@ def test_tolerance(kind, accept):
         kind(accept=accept, floor=1.0).run(work, Silent())
         patches.assert_kept(small("tets"), work)
         assert_not_worse(before, work)
+
+
+@pytest.mark.parametrize("name", SMALL)
+@pytest.mark.parametrize("kind", [PASSES[n] for n in ("swap", "smooth", "collapse")])
+def test_a_better_mean(kind, name):
+    """The rule of the mean lowers it, where nothing may become bad for it."""
+    work = patches.workspace(small(name))
+    before = work.standing()
+    assert kind(accept="mean", below=1.0).run(work, Silent()).applied > 0
+    assert work.standing().mean < before.mean
+
+
+@pytest.mark.parametrize("kind", [k for k in PASSES.values() if hasattr(k, "urgent")])
+def test_what_is_not_urgent_keeps_the_mean(kind):
+    """Without urgent cells a pass still lifts bad ones, and the mean Q falls with them."""
+    work = patches.workspace(small("tets"))
+    before = work.standing()
+    assert kind(below=1.5, urgent=1.0).run(work, Silent()).applied > 0
+    assert work.standing().mean < before.mean
+    assert_not_worse(before, work)
 
 
 @pytest.mark.parametrize("name", [n for n, kind in PASSES.items() if hasattr(kind, "below")])

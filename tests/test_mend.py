@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import patches
 import pytest
@@ -67,7 +69,7 @@ def test_mended_or_as_it_was(dimension):
     verdicts = set()
     table = remedy_table()
     for harm in (0.9, 0.2):
-        how = Mending(1.0, harm, 0.01, len(work.mesh.points), 2, 5)
+        how = Mending(1.0, harm, 0.01, len(work.mesh.points), 2, 5, math.inf)
         for cell in range(len(work.living())):
             if not work.mesh.alive[cell]:
                 continue
@@ -87,7 +89,7 @@ def test_nothing_changes_where_no_gain_is_enough():
     """Every change is undone when none may be kept: all bytes are those of the start."""
     work = badly_placed(3, 6)
     before = trace(work)
-    how = Mending(1.0, 0.3, 1e9, len(work.mesh.points), 2, 5)
+    how = Mending(1.0, 0.3, 1e9, len(work.mesh.points), 2, 5, math.inf)
     for cell in work.living():
         assert patches.mended(work.mesh, cell, remedy_table(), how, work.scratch) == NOT_BETTER
     assert trace(work) == before

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from ._jit import inlined
 
-STRICT, RATIO, FLOOR, VALID = range(4)
+STRICT, RATIO, FLOOR, VALID, MEAN = range(5)
 
 # Least gain of a change, as a part of the worst q: taking less would keep rounds going for ever.
 GAIN = 5e-3
+MEAN_GAIN = 1e-3  # the same of the mean Q of a patch
 
 # A cell with less q than this is flat but for rounding: no rule lets one be made.
 FLAT = 1e-8
@@ -30,6 +31,7 @@ def threshold(rule, floor, before):
     rule : int
         STRICT: the worst q must rise. RATIO: it may not fall below `floor` times what it
         was. FLOOR: it may fall, but not below `floor`. VALID: all cells must stay positive.
+        MEAN: as FLOOR, and `mean_falls` must hold, which the simulation asks last.
     before : float
         Worst q of the patch as it is.
     """
@@ -37,7 +39,7 @@ def threshold(rule, floor, before):
         return gained(before)
     if rule == RATIO:
         return max(FLAT, floor * before)
-    if rule == FLOOR:
+    if rule in (FLOOR, MEAN):
         return max(FLAT, min(before, floor))
     return FLAT
 
@@ -50,3 +52,9 @@ def is_accepted(rule, floor, before, after):
     know the cells that it did not look at.
     """
     return after > threshold(rule, floor, before)
+
+
+@inlined
+def mean_falls(before, after):
+    """Whether `after` counts as a gain over `before`, both the mean Q of a patch."""
+    return after < before - MEAN_GAIN * before

@@ -106,6 +106,15 @@ def worst_of(mesh, ball, n):
     return worst
 
 
+@inlined
+def sum_of(mesh, ball, n):
+    """Sum of the Q of the cells of a ball, as stored."""
+    total = 0.0
+    for i in range(n):
+        total += 1.0 / mesh.quality[ball[i] >> 2]
+    return total
+
+
 @kernel
 def longest_edge_at(mesh, ball, n, p):
     """Length of the longest edge from p to the vertices of a ball other than its own."""

@@ -9,7 +9,7 @@ import math
 from typing import NamedTuple
 
 from ._jit import entry, kernel
-from .accept import is_accepted, threshold
+from .accept import MEAN, is_accepted, mean_falls, threshold
 from .ball import gather_ball, local_index, longest_edge_at, next_stamp, quality_at, touch, worst_of
 from .cavity import kill_cell, link
 from .geometry import Vec, at, toward
@@ -59,6 +59,29 @@ def worst_collapsed(mesh, ball, n, onto, p, stop):
             if worst <= stop:
                 break
     return worst
+
+
+@kernel
+def lowers_mean(mesh, n, n_other, vertex, onto, p, scratch):
+    """Whether the mean Q of the balls falls as both ends of an edge come to p."""
+    before = 0.0
+    after = 0.0
+    n_after = 0
+    for i in range(n):
+        handle = scratch.ball[i]
+        before += 1.0 / mesh.quality[handle >> 2]
+        if local_index(mesh.cells, handle >> 2, onto) < 0:
+            after += 1.0 / quality_at(mesh, handle, p)
+            n_after += 1
+    n_before = n
+    for i in range(n_other):
+        handle = scratch.other[i]
+        if local_index(mesh.cells, handle >> 2, vertex) < 0:
+            before += 1.0 / mesh.quality[handle >> 2]
+            after += 1.0 / quality_at(mesh, handle, p)
+            n_before += 1
+            n_after += 1
+    return mean_falls(before / n_before, after / n_after)
 
 
 @kernel
@@ -116,7 +139,9 @@ def simulate_collapse(mesh, vertex, onto, how, scratch):
     worst = worst_collapsed(mesh, scratch.ball, n, onto, p, stop)
     if worst <= 0.0:
         return refused(INVALID, vertex, onto)
-    if not is_accepted(how.rule, how.floor, before, worst):
+    if not is_accepted(how.rule, how.floor, before, worst) or (
+        how.rule == MEAN and not lowers_mean(mesh, n, 0, vertex, onto, p, scratch)
+    ):
         return refused(NOT_BETTER, vertex, onto)
     longest = longest_edge_at(mesh, scratch.ball, n, at(mesh.points, vertex))
     if longest_edge_at(mesh, scratch.ball, n, p) > how.max_growth * longest:
@@ -145,7 +170,9 @@ def simulate_midpoint_collapse(mesh, vertex, onto, how, scratch):
         worst = min(worst, worst_collapsed(mesh, scratch.other, n_other, vertex, p, stop))
     if worst <= 0.0:
         return refused(INVALID, vertex, onto)
-    if not is_accepted(how.rule, how.floor, before, worst):
+    if not is_accepted(how.rule, how.floor, before, worst) or (
+        how.rule == MEAN and not lowers_mean(mesh, n, n_other, vertex, onto, p, scratch)
+    ):
         return refused(NOT_BETTER, vertex, onto)
     if not has_legal_link(mesh, vertex, onto, n, n_other, scratch):
         return refused(NOT_LEGAL, vertex, onto)

@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from ._jit import entry, kernel
-from .accept import is_accepted
+from .accept import MEAN, is_accepted, mean_falls
 from .ball import touch
 from .cavity import link
 from .geometry import at
@@ -49,7 +49,12 @@ def simulate_flip(mesh, handle, rule, floor):
     verdict = APPLIED
     if after <= 0.0:
         verdict = INVALID
-    elif not is_accepted(rule, floor, before, after):
+    elif not is_accepted(rule, floor, before, after) or (
+        rule == MEAN
+        and not mean_falls(
+            1.0 / mesh.quality[cell] + 1.0 / mesh.quality[beyond >> 2], 1.0 / q_one + 1.0 / q_other
+        )
+    ):
         verdict = NOT_BETTER
     return FlipPlan(verdict, handle, beyond, q_one, q_other)
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from ._jit import kernel
+from .accept import mean_falls
 from .types import (
     J_ACTIVE,
     J_ALIVE,
@@ -153,3 +154,22 @@ def worst_after(mesh, scratch):
             worst = mesh.quality[cell]
             weakest = cell
     return weakest, worst
+
+
+@kernel
+def lowers_mean(mesh, scratch):
+    """Whether the mean Q of what changed since the journal was opened has fallen."""
+    journal = scratch.journal
+    before = 0.0
+    after = 0.0
+    n_before = 0
+    n_after = 0
+    for i in range(journal.state[J_CELLS]):
+        if changed(mesh, scratch, i):
+            if journal.cells[i, J_ALIVE] == 1:
+                before += 1.0 / journal.quality[i]
+                n_before += 1
+            if mesh.alive[journal.cells[i, J_ROW]]:
+                after += 1.0 / mesh.quality[journal.cells[i, J_ROW]]
+                n_after += 1
+    return mean_falls(before / n_before, after / n_after)

@@ -21,6 +21,7 @@ from .flip import apply_flip, simulate_flip
 from .journal import (
     close_journal,
     has_pages,
+    lowers_mean,
     open_journal,
     roll_back,
     worst_after,
@@ -60,6 +61,7 @@ class Mending(NamedTuple):
     max_points: int  # rows of the vertex arrays that may be used
     trials: int  # ways of a remedy that are carried out
     steps: int  # improvements after the first change
+    urgent: float  # where what changes is better than this q, its mean Q must fall, too
 
 
 @kernel
@@ -203,7 +205,9 @@ def pays(mesh, goal, how, scratch):
     """Improve on what was done since the journal was opened, and undo it all if it is no gain."""
     after = improve(mesh, goal, how.steps, scratch)
     before = worst_before(mesh, scratch)
-    if after > before + how.gain * abs(before):
+    if after > before + how.gain * abs(before) and (
+        before <= how.urgent or lowers_mean(mesh, scratch)
+    ):
         close_journal(scratch)
         return True
     roll_back(mesh, scratch)

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ._jit import entry, inlined, kernel
-from .accept import gained, is_accepted, threshold
-from .ball import gather_ball, longest_edge_at, next_stamp, quality_at, touch, worst_of
+from .accept import MEAN, gained, is_accepted, mean_falls, threshold
+from .ball import gather_ball, longest_edge_at, next_stamp, quality_at, sum_of, touch, worst_of
 from .geometry import (
     FREE,
     Guide,
@@ -162,6 +162,20 @@ def worst_at(mesh, ball, n, p, stop):
         if worst <= stop:
             break
     return worst
+
+
+@kernel
+def spread_at(mesh, ball, n, p, stop):
+    """The same, and the sum of Q, which means nothing once it gave up."""
+    worst = math.inf
+    total = 0.0
+    for i in range(n):
+        q = quality_at(mesh, ball[i], p)
+        worst = min(worst, q)
+        if worst <= stop:
+            break
+        total += 1.0 / q
+    return worst, total
 
 
 @kernel
@@ -315,12 +329,15 @@ def simulate_relocation(mesh, vertex, how, scratch):
     if square_distance(p, goal) <= STILL * square_distance(p, at(mesh.points, neighbour)):
         return RelocationPlan(NOT_BETTER, n, p, before)
     stop = threshold(how.rule, how.floor, before)
+    sum_before = sum_of(mesh, ball, n) if how.rule == MEAN else 0.0
     t = how.relaxation
     worst = before
     for _ in range(N_HALVINGS):
         q = rounded(mesh, toward(p, goal, t))
-        worst = worst_at(mesh, ball, n, q, stop)
-        if worst > 0.0 and is_accepted(how.rule, how.floor, before, worst):
+        worst, total = spread_at(mesh, ball, n, q, stop)
+        if is_accepted(how.rule, how.floor, before, worst) and (
+            how.rule != MEAN or mean_falls(sum_before, total)
+        ):
             return RelocationPlan(APPLIED, n, q, worst)
         t *= 0.5
     return RelocationPlan(NOT_BETTER if worst > 0.0 else INVALID, n, p, worst)

@@ -10,7 +10,7 @@ import math
 from typing import NamedTuple
 
 from ._jit import entry, kernel
-from .accept import FLAT, is_accepted, threshold
+from .accept import FLAT, MEAN, is_accepted, mean_falls, threshold
 from .cavity import has_room, replace_cells
 from .geometry import at
 from .measures import tet_quality
@@ -287,11 +287,33 @@ def best_swap(mesh, cell, how, scratch, counts):
 
 
 @kernel
+def lowers_mean(mesh, plan, scratch):
+    """Whether the mean Q of the tets of a swap falls."""
+    before = 0.0
+    after = 0.0
+    for i in range(plan.n_old):
+        before += 1.0 / mesh.quality[scratch.shell[i]]
+    for i in range(plan.n_new):
+        after += 1.0 / tet_quality(
+            mesh.measure,
+            at(mesh.points, scratch.created[i, 0]),
+            at(mesh.points, scratch.created[i, 1]),
+            at(mesh.points, scratch.created[i, 2]),
+            at(mesh.points, scratch.created[i, 3]),
+        )
+    return mean_falls(before / plan.n_old, after / plan.n_new)
+
+
+@kernel
 def simulate_swap(mesh, cell, handle, how, scratch):
     """Simulate the swap of an edge 0..5 or of a face 6..9 of a tet."""
     if handle < 6:
-        return simulate_edge_swap(mesh, 8 * cell + handle, how.rule, how.floor, scratch)
-    return simulate_face_swap(mesh, 4 * cell + handle - 6, how.rule, how.floor, scratch)
+        plan = simulate_edge_swap(mesh, 8 * cell + handle, how.rule, how.floor, scratch)
+    else:
+        plan = simulate_face_swap(mesh, 4 * cell + handle - 6, how.rule, how.floor, scratch)
+    if plan.verdict == APPLIED and how.rule == MEAN and not lowers_mean(mesh, plan, scratch):
+        return SwapPlan(NOT_BETTER, plan.n_old, plan.n_new, plan.worst)
+    return plan
 
 
 @entry

@@ -12,6 +12,7 @@ import math
 from typing import NamedTuple
 
 from ._jit import entry, kernel
+from .accept import mean_falls
 from .ball import longest_edge_at, next_stamp, quality_at
 from .cavity import has_room, replace_cells
 from .geometry import FREE, Vec, at, toward
@@ -172,7 +173,19 @@ def is_legal_cavity(mesh, n_cells, n_facets, scratch):
 
 
 @kernel
-def refine_insertion(mesh, cell, start, gain, scratch):
+def lowers_mean(mesh, n_cells, n_facets, p, scratch):
+    """Whether the mean Q of the star of a cavity from p is below that of its cells."""
+    before = 0.0
+    after = 0.0
+    for i in range(n_cells):
+        before += 1.0 / mesh.quality[scratch.cavity[i]]
+    for i in range(n_facets):
+        after += 1.0 / quality_at(mesh, scratch.ball[i], p)
+    return mean_falls(before / n_cells, after / n_facets)
+
+
+@kernel
+def refine_insertion(mesh, cell, start, gain, urgent, scratch):
     """Let the cavity grow and the new vertex move in turn, from one starting point."""
     p = rounded(mesh, start)
     n_cells, n_facets, worst, before = grow_cavity(mesh, cell, p, scratch)
@@ -186,7 +199,9 @@ def refine_insertion(mesh, cell, start, gain, scratch):
             break
     if worst <= 0.0:
         return Insertion(INVALID, n_cells, n_facets, p, worst)
-    if worst <= before + gain * abs(before):
+    if worst <= before + gain * abs(before) or (
+        before > urgent and not lowers_mean(mesh, n_cells, n_facets, p, scratch)
+    ):
         return Insertion(NOT_BETTER, n_cells, n_facets, p, worst)
     if not is_legal_cavity(mesh, n_cells, n_facets, scratch):
         return Insertion(NOT_LEGAL, n_cells, n_facets, p, worst)
@@ -211,7 +226,7 @@ def starting_point(mesh, cell, which):
 
 
 @kernel
-def simulate_insertion(mesh, cell, gain, scratch):
+def simulate_insertion(mesh, cell, gain, urgent, scratch):
     """Simulate the insertion of a vertex that mends a cell.
 
     The starting points are compared by their first cavities; the two best are refined, and
@@ -232,10 +247,10 @@ def simulate_insertion(mesh, cell, gain, scratch):
         elif worst > second_worst:
             second = which
             second_worst = worst
-    plan = refine_insertion(mesh, cell, starting_point(mesh, cell, first), gain, scratch)
+    plan = refine_insertion(mesh, cell, starting_point(mesh, cell, first), gain, urgent, scratch)
     if plan.verdict == APPLIED or second < 0:
         return plan
-    return refine_insertion(mesh, cell, starting_point(mesh, cell, second), gain, scratch)
+    return refine_insertion(mesh, cell, starting_point(mesh, cell, second), gain, urgent, scratch)
 
 
 @kernel
@@ -261,7 +276,7 @@ def apply_insertion(mesh, plan, scratch):
 
 
 @entry
-def sweep_split(mesh, order, max_points, gain, scratch, counts):
+def sweep_split(mesh, order, max_points, gain, urgent, scratch, counts):
     """Try to mend each cell in turn by a new vertex; see `shell_swap.sweep_swap`.
 
     Parameters
@@ -270,6 +285,8 @@ def sweep_split(mesh, order, max_points, gain, scratch, counts):
         Rows of the point arrays that may be used.
     gain : float
         Least gain of the worst q of a cavity, as a part of it.
+    urgent : float
+        Where a cavity is no worse than this q, its mean Q must fall, too.
     """
     for i in range(order.shape[0]):
         cell = order[i]
@@ -277,7 +294,7 @@ def sweep_split(mesh, order, max_points, gain, scratch, counts):
             continue
         if mesh.state[N_POINTS] >= max_points:
             break
-        plan = simulate_insertion(mesh, cell, gain, scratch)
+        plan = simulate_insertion(mesh, cell, gain, urgent, scratch)
         counts[plan.verdict] += 1
         if plan.verdict == APPLIED:
             apply_insertion(mesh, plan, scratch)

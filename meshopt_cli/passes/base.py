@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
@@ -21,6 +22,7 @@ ACCEPT = {
     "ratio": rules.RATIO,
     "floor": rules.FLOOR,
     "valid": rules.VALID,
+    "mean": rules.MEAN,
 }
 ORDERS = ("worst-first", "index", "random")
 
@@ -37,6 +39,20 @@ def option(
         default=default,
         metadata={"help": help, "choices": choices, "least": least, "most": most},
     )
+
+
+def urgency() -> Any:
+    """The option of passes that lift the worst cells at some cost to those around them."""
+    return option(
+        1.5, "change cells whose Q is below the worst of the mesh over this only where the mean Q "
+        "of what changes falls, too", least=1.0,
+    )  # fmt: skip
+
+
+def urgent_q(work: Workspace, times: float) -> float:
+    """The q below which a change may raise the mean: so many times the worst of the mesh."""
+    worst = work.standing().worst
+    return times * worst if worst > 0.0 else math.inf
 
 
 class Observer(Protocol):
@@ -165,8 +181,9 @@ class Operator(Pass):
     accept: str = option(
         "strict",
         "when a change is taken: the worst Q of its patch falls (strict), does not rise beyond "
-        "1/floor of what it was (ratio), does not rise above 1/floor (floor), or all cells "
-        "stay positive (valid)",
+        "1/floor of what it was (ratio), does not rise above 1/floor (floor), all cells stay "
+        "positive (valid), or the mean Q falls and the worst does not rise above 1/floor, nor "
+        "above that of the mesh where this is less (mean)",
         choices=tuple(ACCEPT),
     )
     floor: float = option(
@@ -184,6 +201,10 @@ class Operator(Pass):
     @property
     def rule(self) -> int:
         return ACCEPT[self.accept]
+
+    def least(self, work: Workspace) -> float:
+        """The `floor` that the rule goes by: for the mean, no cell becomes the worst of all."""
+        return max(self.floor, work.standing().worst) if self.rule == rules.MEAN else self.floor
 
     def since(self, work: Workspace, key: str) -> int:
         """Clock of the last sweep of this kind, 0 at the first; starts the next one."""

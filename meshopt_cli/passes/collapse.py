@@ -36,7 +36,7 @@ class Collapse(Operator):
     )
 
     def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
-        how = How(self.rule, self.floor, self.max_growth, self.placement == "any")
+        how = How(self.rule, self.least(work), self.max_growth, self.placement == "any")
         cells, quality = work.changed_cells(self.since(work, "edges"), self.limit)
         order = self.ordered(work, cells, quality)
 

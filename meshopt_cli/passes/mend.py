@@ -10,7 +10,7 @@ import numpy as np
 from ..kernels.classify import TetType
 from ..kernels.mend import Mending, Remedy, sweep_mend
 from ..workspace import Workspace
-from .base import Observer, Operator, Pass, Tally, option
+from .base import Observer, Operator, Pass, Tally, option, urgency, urgent_q
 
 Array = np.ndarray
 
@@ -64,6 +64,7 @@ class Remedial(Pass):
         cells: Array,
         limit: float,
         harm: float,
+        urgent: float,
         tally: Tally,
         observer: Observer,
     ) -> None:
@@ -75,6 +76,8 @@ class Remedial(Pass):
             The q below which a cell is visited.
         harm : float
             What the first change may leave of the q of a cell, as a part of it.
+        urgent : float
+            Where what changes is better than this q, its mean Q must fall, too.
         """
         room = work.make_room(self.max_vertices, len(cells))
         seen = np.full(len(work.mesh.points), -1)
@@ -86,7 +89,7 @@ class Remedial(Pass):
         self._seen = seen
         if not len(cells):
             return
-        how = Mending(limit, harm, self.least_gain, room, self.trials, self.steps)
+        how = Mending(limit, harm, self.least_gain, room, self.trials, self.steps, urgent)
         order = self.arranged(work, cells)
         table = remedy_table()
 
@@ -117,10 +120,15 @@ class Mend(Remedial, Operator):
     enough: float = option(
         1.1, "no rings around cells whose Q is below so many times the target", least=1.0
     )
+    urgent: float = urgency()
     around: float = option(1.6, "visit only cells of these rings whose Q is above this", least=1.0)
 
     def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
-        self.mend(work, work.worse_cells(self.limit), self.limit, self.harm, tally, observer)
+        def mend(cells: Array, limit: float) -> None:
+            urgent = urgent_q(work, self.urgent)
+            self.mend(work, cells, limit, self.harm, urgent, tally, observer)
+
+        mend(work.worse_cells(self.limit), self.limit)
         # What is nearly as good as the boundary allows is worth no more than that.
         limit = 1.0 / max(self.below, self.enough * work.target)
         around = 1.0 / self.around
@@ -130,10 +138,8 @@ class Mend(Remedial, Operator):
                 return
             bad = bad[np.argsort(work.mesh.quality[bad], kind="stable")][: self.crowd]
             near = work.rings_around(bad, n_rings)
-            self.mend(
-                work, near[work.mesh.quality[near] < around], around, self.harm, tally, observer
-            )
-            self.mend(work, work.worse_cells(limit), limit, self.harm, tally, observer)
+            mend(near[work.mesh.quality[near] < around], around)
+            mend(work.worse_cells(limit), limit)
 
     def arranged(self, work: Workspace, cells: Array) -> Array:
         return self.ordered(work, cells, work.mesh.quality[cells])

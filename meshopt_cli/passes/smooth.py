@@ -53,7 +53,7 @@ class Smooth(Operator):
             WEIGHTS[self.weight],
             self.relaxation or RELAXATION[work.dimension],
             self.rule,
-            self.floor,
+            self.least(work),
             self.limit,
         )
         for _ in range(self.sweeps):

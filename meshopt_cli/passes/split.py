@@ -11,7 +11,7 @@ from .. import adjacency
 from ..kernels.constrained import sweep_constrained
 from ..kernels.split import sweep_split
 from ..workspace import Workspace
-from .base import Observer, Operator, Tally, option
+from .base import Observer, Operator, Tally, option, urgency, urgent_q
 
 
 @dataclass
@@ -28,6 +28,7 @@ class Split(Operator):
     least_gain: float = option(
         0.1, "least gain of the worst quality of a cavity, as a part of it", least=0.0
     )
+    urgent: float = urgency()
     constrained: float = option(
         0.0, "also split cells, and internal edges and faces, that have all their vertices on the "
         "boundary, as long as this part of the quality is left; 0: do not",
@@ -42,9 +43,10 @@ class Split(Operator):
             return
         room = work.make_room(self.max_vertices, len(cells))
         order = self.ordered(work, cells, quality)
+        urgent = urgent_q(work, self.urgent)
 
         def kernel(chunk):
-            sweep_split(work.mesh, chunk, room, self.least_gain, work.scratch, tally.counts)
+            sweep_split(work.mesh, chunk, room, self.least_gain, urgent, work.scratch, tally.counts)
 
         self.visit(work, order, kernel, tally, observer)
 

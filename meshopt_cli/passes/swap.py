@@ -25,7 +25,7 @@ class Swap(Operator):
     )
 
     def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
-        how = How(self.rule, self.floor, self.pick == "best")
+        how = How(self.rule, self.least(work), self.pick == "best")
         sweep = sweep_swap if work.dimension == 3 else sweep_flip
         cells, quality = work.changed_cells(self.since(work, "shells"), self.limit)
         order = self.ordered(work, cells, quality)

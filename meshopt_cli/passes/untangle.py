@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -32,7 +33,7 @@ class Untangle(Remedial):
                 return
             applied = tally.applied
             self._relocate(work, bad, tally, observer)
-            self.mend(work, work.worse_cells(FLAT), FLAT, 0.0, tally, observer)
+            self.mend(work, work.worse_cells(FLAT), FLAT, 0.0, math.inf, tally, observer)
             if tally.applied == applied:
                 return
 
