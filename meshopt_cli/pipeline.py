@@ -224,6 +224,7 @@ class Guard:
         now = self._outcome.work.standing()
         if not self.best.is_better_than(now):
             self.best = now
+            del self._kept  # never both of them at once
             self._kept = self._outcome.work.copy()
 
     def restore(self) -> None:
@@ -279,7 +280,6 @@ class Pipeline:
         deadline = time.monotonic() + self.time_limit
         outcome = Outcome(work, Clock(observer or Silent(), deadline))
         untouched, before = work.copy(), work.standing()
-        guard = Guard(outcome, self.passes())
         try:
             for stage in self.stages:
                 for step in stage.passes():
@@ -289,9 +289,8 @@ class Pipeline:
                     break  # nothing but untangling helps, and it comes first
         except OutOfTimeError:
             outcome.stopped = TIME_IS_UP
-        guard.note()
-        guard.restore()
-        if gain(before, outcome.work.standing()) < LEAST_GAIN:
+        after = outcome.work.standing()
+        if before.is_better_than(after) or gain(before, after) < LEAST_GAIN:
             outcome.work, outcome.stopped = untouched, NOTHING_TO_GAIN
         if outcome.work.standing().worst <= 0.0:
             outcome.stopped = TANGLED

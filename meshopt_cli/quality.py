@@ -191,8 +191,10 @@ def _sharpest_edge(simplices: Simplices) -> float:
     """Least angle in degrees between two facets of the skin that one region has at an edge."""
     n_points = len(simplices.points)
     on_skin = adjacency.row_keys(adjacency.edges_of_triangles(simplices.skin), n_points)
-    ends, opposite = adjacency.edges_with_opposite(simplices.cells)
-    region = np.repeat(simplices.region, 6)
+    near = adjacency.is_used(simplices.skin, n_points)[simplices.cells]
+    near = np.count_nonzero(near, axis=1) >= 2
+    ends, opposite = adjacency.edges_with_opposite(simplices.cells[near])
+    region = np.repeat(simplices.region[near], 6)
     keys = adjacency.row_keys(ends, n_points)
     here = np.isin(keys, on_skin)
     a, b = (simplices.points[ends[here, k]] for k in (0, 1))

@@ -240,7 +240,7 @@ class Workspace:
     # Keeping and growing -------------------------------------------------------------
 
     def copy(self) -> Workspace:
-        """An independent copy, with working space of its own."""
+        """An independent copy; the working space is shared, for it means nothing between calls."""
         twin = object.__new__(Workspace)
         twin._source, twin._origin = self._source, self._origin
         twin.measure, twin.target = self.measure, self.target
@@ -248,7 +248,7 @@ class Workspace:
             k: v.copy() for k, v in self.mesh._asdict().items() if isinstance(v, np.ndarray)
         }
         twin.mesh = self.mesh._replace(**arrays)
-        twin.scratch = _new_scratch(len(self.mesh.cells), len(self.mesh.points))
+        twin.scratch = self.scratch
         return twin
 
     def grow(self) -> None:
