@@ -133,16 +133,17 @@ class Repeat:
     def run(self, outcome: Outcome, round: int = 0) -> None:
         guard = Guard(outcome, self.passes())
         outcome.stopped = self._first_reason(guard.best)
+        after = guard.best
         while not outcome.stopped:
             round += 1
-            before = outcome.work.standing()
+            before = after
             n_lines = len(outcome.lines)
             try:
                 self.body.run(outcome, round)
             finally:
-                guard.note()
+                after = guard.note()
             changed = any(line.tally.applied for line in outcome.lines[n_lines:])
-            outcome.stopped = self._reason(round, changed, before, outcome.work.standing())
+            outcome.stopped = self._reason(round, changed, before, after)
         guard.restore()
 
     def _first_reason(self, standing: Standing) -> str:
@@ -219,13 +220,14 @@ class Guard:
         self._kept = outcome.work.copy()
         self.best = outcome.work.standing()
 
-    def note(self) -> None:
-        """Keep the present state unless it is worse than the best."""
+    def note(self) -> Standing:
+        """Keep the present state unless it is worse than the best; returns how good it is."""
         now = self._outcome.work.standing()
         if not self.best.is_better_than(now):
             self.best = now
             del self._kept  # never both of them at once
             self._kept = self._outcome.work.copy()
+        return now
 
     def restore(self) -> None:
         """Go back to the best state if the present one is worse."""
