@@ -121,10 +121,25 @@ class Sequence:
 
 
 @dataclass(frozen=True)
-class Repeat:
-    """A sequence in rounds, until a criterion is met; it ends on the best mesh it saw."""
+class Chain:
+    """Stages, one after the other."""
 
-    body: Sequence
+    stages: tuple[Stage, ...]
+
+    def passes(self) -> Iterator[Pass]:
+        for stage in self.stages:
+            yield from stage.passes()
+
+    def run(self, outcome: Outcome, round: int = 0) -> None:
+        for stage in self.stages:
+            stage.run(outcome, round)
+
+
+@dataclass(frozen=True)
+class Repeat:
+    """A stage in rounds, until a criterion is met; it ends on the best mesh it saw."""
+
+    body: Stage
     stop: Stop
 
     def passes(self) -> Iterator[Pass]:

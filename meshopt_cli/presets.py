@@ -19,7 +19,7 @@ from .passes.smooth import Smooth
 from .passes.split import Split
 from .passes.swap import Swap
 from .passes.untangle import Untangle
-from .pipeline import Repeat, Sequence, Stage, Stop, WithAngles
+from .pipeline import LEAST_GAIN, Chain, Repeat, Sequence, Stage, Stop, WithAngles
 
 DEFAULT_PRESET = "standard"
 
@@ -42,6 +42,8 @@ def _audited(*stages: Stage) -> tuple[Stage, ...]:
 # Relocation alone, and the mean alone, go on while they gain these parts of the quality.
 _SETTLED = Stop(rounds=15, gain=0.08)
 _POLISHED = Stop(rounds=10, gain=0.03)
+# Both kinds of rounds go on together while they gain this.
+_AGAIN = Stop(rounds=4, gain=LEAST_GAIN)
 
 # Worst Q of the places that are worth a visit: a regular triangulation of the plane is all 1, one
 # of space is not, so that in space there is nothing to win at Q = 1.5.
@@ -55,7 +57,7 @@ _SPLIT = {2: 1.8, 3: 2.0}
 
 def _settle() -> Repeat:
     """Relocation alone, for as long as it pays."""
-    return Repeat(Sequence((Smooth(sweeps=2),)), _SETTLED)
+    return Repeat(Sequence((Smooth(sweeps=2, order="index"),)), _SETTLED)
 
 
 def _rounds(stop: Stop, swap_below: float, smooth_below: float, split_below: float) -> list[Repeat]:
@@ -66,7 +68,7 @@ def _rounds(stop: Stop, swap_below: float, smooth_below: float, split_below: flo
 
     def steps(change: Pass) -> Sequence:
         swap = Swap(below=swap_below, pick="best")
-        smooth = Smooth(below=smooth_below, sweeps=2)
+        smooth = Smooth(below=smooth_below, sweeps=2, order="index")
         return Sequence(
             (swap, smooth, change, Smooth(method="optimize", below=swap_below, sweeps=1))
         )
@@ -100,10 +102,11 @@ def _standard(stop: Stop, dimension: int) -> tuple[Stage, ...]:
 
 
 def _usual(stop: Stop, dimension: int) -> tuple[Stage, ...]:
-    """Rounds without and with new vertices, then a better mean; twice, for what that allows."""
+    """Rounds without new vertices, then with some and a better mean, for what that allows again."""
     fewer, more = _rounds(stop, _SWAP[dimension], _SMOOTH[dimension], _SPLIT[dimension])
     polish = _polish(stop, _SPLIT[dimension])
-    return (_settle(), fewer, more, polish, more, polish)
+    again = replace(_AGAIN, target_quality=stop.target_quality)
+    return (_settle(), fewer, Repeat(Chain((more, polish)), again))
 
 
 def _best(stop: Stop, dimension: int) -> tuple[Stage, ...]:
