@@ -113,13 +113,12 @@ def _best(stop: Stop, dimension: int) -> tuple[Stage, ...]:
     """As standard, then the worst cells one by one until they are as good as `_BAR`."""
     bar = _BAR[dimension]
     settle = Smooth(below=_SMOOTH[dimension], sweeps=2)
-    ways = (
-        Mend(below=bar, max_vertices=_GROWTH),
-        Mend(below=bar, max_vertices=_GROWTH, rings=3),
-        Mend(below=bar, max_vertices=_GROWTH, rings=1, harm=0.3, trials=2, urgent=1.1),
-    )
-    mend: tuple[Stage, ...] = tuple(Repeat(Sequence((way, settle)), stop) for way in ways)
-    mend = (*mend, _polish(stop, bar))
+    one_by_one = Mend(below=bar, max_vertices=_GROWTH)
+    around = replace(one_by_one, rings=3)
+    bold = replace(one_by_one, rings=1, harm=0.3, trials=2, urgent=1.1)
+    ways = (Repeat(Sequence((way, settle)), stop) for way in (one_by_one, around, bold))
+    # A better mean makes some of what was stuck loose.
+    mend: tuple[Stage, ...] = (*ways, _polish(stop, bar), Repeat(Sequence((around, settle)), stop))
     if dimension == 3:
         mend = (WithAngles(mend),)
     return _audited(*_usual(stop, dimension), *mend)
