@@ -42,8 +42,8 @@ def _audited(*stages: Stage) -> tuple[Stage, ...]:
 # Relocation alone, and the mean alone, go on while they gain these parts of the quality.
 _SETTLED = Stop(rounds=15, gain=0.08)
 _POLISHED = Stop(rounds=10, gain=0.03)
-# Both kinds of rounds go on together while they gain this.
-_AGAIN = Stop(rounds=4, gain=LEAST_GAIN)
+# Rounds with new vertices and a better mean take turns, and once more where that gains this.
+_AGAIN = Stop(rounds=2, gain=LEAST_GAIN)
 
 # Worst Q of the places that are worth a visit: a regular triangulation of the plane is all 1, one
 # of space is not, so that in space there is nothing to win at Q = 1.5.
