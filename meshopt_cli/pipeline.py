@@ -1,8 +1,7 @@
 """Passes in order and in rounds, until there is nothing more to gain (18.5).
 
-`Sequence` runs passes one after the other; `Repeat` runs a sequence in rounds and keeps the
-best mesh it saw; `Either` tries several ways from the same start and keeps the better result.
-The mesh that comes out is never worse than the one that went in.
+`Sequence` runs passes one after the other, `Chain` stages; `Repeat` runs one in rounds and keeps
+the best mesh it saw. The mesh that comes out is never worse than the one that went in.
 """
 
 from __future__ import annotations
@@ -158,7 +157,9 @@ class Repeat:
             finally:
                 after = guard.note()
             changed = any(line.tally.applied for line in outcome.lines[n_lines:])
-            outcome.stopped = self._reason(round, changed, before, after)
+            reason = self._reason(round, changed, before, after)
+            # Rounds of rounds are a matter of the preset: why the last of them ended tells more.
+            outcome.stopped = (outcome.stopped or reason) if reason == ROUNDS_DONE else reason
         guard.restore()
 
     def _first_reason(self, standing: Standing) -> str:
@@ -180,50 +181,23 @@ class Repeat:
 
 @dataclass(frozen=True)
 class WithAngles:
-    """Stages in which no tet counts as better than its dihedral angles: see `measures`."""
+    """A stage in which no tet counts as better than its dihedral angles: see `measures`."""
 
-    stages: tuple[Stage, ...]
+    body: Stage
 
     def passes(self) -> Iterator[Pass]:
-        for stage in self.stages:
-            yield from stage.passes()
+        yield from self.body.passes()
 
     def run(self, outcome: Outcome, round: int = 0) -> None:
         judge, start, before = outcome.work.measure, outcome.work.copy(), outcome.work.standing()
         outcome.work.measure_by(judge + WITH_ANGLES)
         try:
-            for stage in self.stages:
-                stage.run(outcome, round)
+            self.body.run(outcome, round)
         finally:
             outcome.work.measure_by(judge)
             enough = 1.0 / max(ANGLE_Q, NEAR_TARGET * start.target)
             if outcome.work.standing().worst < min(before.worst, enough):
                 outcome.work = start
-
-
-@dataclass(frozen=True)
-class Either:
-    """Several ways from the same start, of which the best end is kept."""
-
-    ways: tuple[tuple[Stage, ...], ...]
-
-    def passes(self) -> Iterator[Pass]:
-        for way in self.ways:
-            for stage in way:
-                yield from stage.passes()
-
-    def run(self, outcome: Outcome, round: int = 0) -> None:
-        start = outcome.work
-        best: Outcome | None = None
-        for way in self.ways:
-            trial = Outcome(start.copy(), outcome.observer)
-            for stage in way:
-                stage.run(trial, round)
-            if best is None or trial.work.standing().is_better_than(best.work.standing()):
-                best = trial
-        if best is not None:
-            outcome.work, outcome.stopped = best.work, best.stopped
-            outcome.lines += best.lines
 
 
 class Guard:

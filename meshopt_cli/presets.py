@@ -60,7 +60,9 @@ def _settle() -> Repeat:
     return Repeat(Sequence((Smooth(sweeps=2, order="index"),)), _SETTLED)
 
 
-def _rounds(stop: Stop, swap_below: float, smooth_below: float, split_below: float) -> list[Repeat]:
+def _rounds(
+    stop: Stop, swap_below: float, smooth_below: float, split_below: float
+) -> tuple[Repeat, Repeat]:
     """Swap, relocate and lift the worst balls; remove vertices, and add some, where that fails.
 
     New vertices come last, so that there are few of them.
@@ -73,7 +75,7 @@ def _rounds(stop: Stop, swap_below: float, smooth_below: float, split_below: flo
             (swap, smooth, change, Smooth(method="optimize", below=swap_below, sweeps=1))
         )
 
-    return [Repeat(steps(Collapse()), stop), Repeat(steps(Split(below=split_below)), stop)]
+    return Repeat(steps(Collapse()), stop), Repeat(steps(Split(below=split_below)), stop)
 
 
 def _polish(stop: Stop, worst: float) -> Repeat:
@@ -120,7 +122,7 @@ def _best(stop: Stop, dimension: int) -> tuple[Stage, ...]:
     # A better mean makes some of what was stuck loose.
     mend: tuple[Stage, ...] = (*ways, _polish(stop, bar), Repeat(Sequence((around, settle)), stop))
     if dimension == 3:
-        mend = (WithAngles(mend),)
+        mend = (WithAngles(Chain(mend)),)
     return _audited(*_usual(stop, dimension), *mend)
 
 

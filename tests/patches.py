@@ -23,7 +23,7 @@ from meshopt_cli.kernels import (
     shell_swap,
     split,
 )
-from meshopt_cli.kernels._jit import entry
+from meshopt_cli.kernels._kernel import entry
 from meshopt_cli.kernels.audit import WHOLE, audit
 from meshopt_cli.mesh import Block, Mesh, Simplices, cast
 from meshopt_cli.quality import MEASURES

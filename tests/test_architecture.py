@@ -17,8 +17,8 @@ SOURCES = sorted(PACKAGE.rglob("*.py"))
 # Where each library may be imported, as parts of the path below the package.
 ROOMS = {
     "meshio": ("formats",),
-    "numba": ("kernels/_compile.py",),
-    "llvmlite": ("kernels/_cache.py", "kernels/_compile.py", "kernels/_native.py"),
+    "numba": ("kernels/_jit.py",),
+    "llvmlite": ("kernels/_cache.py", "kernels/_jit.py", "kernels/_native.py"),
     "click": ("cli",),
     "tqdm": ("cli",),
     "rich": ("cli", "report"),

@@ -10,7 +10,9 @@ import sys
 import judge
 import native
 import numpy as np
+import peers
 import pytest
+import scaling
 from judge import Part
 
 REGULAR = np.array([[1, 1, 1], [-1, -1, 1], [-1, 1, -1], [1, -1, -1]], dtype=float)
@@ -159,3 +161,21 @@ def test_the_meter_ends_what_takes_too_long(tmp_path):
     assert failed["status"] == 3
     assert not failed["late"]
     assert log.read_text() == "so\n"
+
+
+def test_the_report_tells_the_seconds(samples, tmp_path):
+    command = [sys.executable, "-m", "meshopt_cli", "optimize", str(samples / "grid.vtk"),
+               str(tmp_path / "out.vtk"), "--preset", "fast"]  # fmt: skip
+    told = subprocess.run(command, capture_output=True, text=True, check=True)
+    seconds = peers.TOOLS["meshopt-fast"].optimize(told.stdout)
+    assert seconds is not None
+    assert 0 < seconds < 600
+
+
+def test_a_line_of_growth(tmp_path):
+    took, report = scaling.measured(cube(), "fast", tmp_path)
+    line = dict(zip(scaling.COLUMNS, scaling.row(took, report, took["peak"]), strict=True))
+    assert line["cells"] == "6"
+    assert line["less start"] == "0"
+    assert 0 < float(line["peak MiB"]) < float(line["bytes/cell"])
+    assert float(line["passes s"]) <= float(line["whole s"])

@@ -1,4 +1,4 @@
-"""Rounds and their ends, the guard that keeps the best mesh, ways that are compared."""
+"""Rounds and their ends, the guard that keeps the best mesh, rounds of rounds."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from meshopt_cli.pipeline import (
     ROUNDS_DONE,
     TARGET_REACHED,
     TIME_IS_UP,
-    Either,
+    Chain,
     Pipeline,
     Repeat,
     Sequence,
@@ -74,12 +74,22 @@ def test_the_best_mesh_is_kept(work):
     assert not any(end.is_better_than(outcome.work.standing()) for end in (before, *ends))
 
 
-def test_the_better_way_is_taken(work):
-    good = (Repeat(Sequence((Smooth(),)), Stop()),)
-    poor = (Sequence((Smooth(sweeps=1, method="laplace"),)),)
-    alone = run(work.copy(), *good).work.standing()
-    for ways in ((good, poor), (poor, good)):
-        assert run(work.copy(), Either(ways)).work.standing() == alone
+def test_rounds_of_rounds(work):
+    """They go on from each other, and the last of the inner ones tells why it ended."""
+    inner = Repeat(Sequence((Smooth(sweeps=1),)), Stop(rounds=50, gain=0.2))
+    once = run(work.copy(), inner)
+    outcome = run(work, Repeat(Chain((inner, inner)), Stop(rounds=2, gain=0)))
+    assert outcome.stopped == once.stopped == GAIN_BELOW
+    assert not once.work.standing().is_better_than(outcome.work.standing())
+    assert len(outcome.lines) > len(once.lines)
+
+
+def test_rounds_of_rounds_end_on_the_best_mesh(work):
+    careless = Sequence((Smooth(method="laplace", accept="valid", relaxation=1.0),))
+    good = Repeat(Sequence((Smooth(),)), Stop(rounds=5))
+    alone = run(work.copy(), good).work.standing()
+    outcome = run(work, good, Repeat(Chain((careless, careless)), Stop(rounds=3, gain=0)))
+    assert not alone.is_better_than(outcome.work.standing())
 
 
 def test_a_small_gain_gives_the_input_back(work):

@@ -27,7 +27,7 @@ class Code(NamedTuple):
     """Machine code of an entry for one layout of its arguments."""
 
     image: bytes  # of an object file
-    results: str  # see `_compile.results_of`
+    results: str  # see `_jit.results_of`
 
 
 def _digest() -> str:

@@ -106,7 +106,7 @@ def _linked(image: bytes) -> llvm.ResourceTracker:
         return _link(image, {})
     except RuntimeError:
         # Some functions of libm are no part of a process on every platform; numba brings its own.
-        from ._compile import symbols_of_numba
+        from ._jit import symbols_of_numba
 
         return _link(image, symbols_of_numba())
 

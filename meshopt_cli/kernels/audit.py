@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ._jit import entry
+from ._kernel import entry
 from .ball import local_index
 from .types import N_CELLS
 

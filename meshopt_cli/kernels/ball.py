@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ._jit import entry, inlined, kernel
+from ._kernel import entry, inlined, kernel
 from .geometry import at, square_distance
 from .measures import tet_quality, tri_quality
 from .tables import TET_FACETS, TRI_FACETS

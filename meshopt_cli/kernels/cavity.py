@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ._jit import kernel
+from ._kernel import kernel
 from .ball import next_stamp, quality_at, touch
 from .geometry import at
 from .journal import keep

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from enum import IntEnum
 
-from ._jit import kernel
+from ._kernel import kernel
 from .geometry import at, dot, norm, square_distance
 from .measures import tet_normals
 from .tables import TET_EDGES

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ._jit import entry, kernel
+from ._kernel import entry, kernel
 from .accept import MEAN, is_accepted, mean_falls, threshold
 from .ball import gather_ball, local_index, longest_edge_at, next_stamp, quality_at, touch, worst_of
 from .cavity import kill_cell, link

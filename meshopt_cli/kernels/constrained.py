@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from ._jit import entry, kernel
+from ._kernel import entry, kernel
 from .ball import longest_edge_at, quality_at
 from .cavity import has_room
 from .geometry import FREE, Vec, at

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from ._jit import kernel
+from ._kernel import kernel
 from .accept import is_accepted, threshold
 from .ball import local_index, next_stamp
 from .cavity import has_room

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ._jit import entry, kernel
+from ._kernel import entry, kernel
 from .accept import MEAN, is_accepted, mean_falls
 from .ball import touch
 from .cavity import link

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ._jit import inlined, kernel
+from ._kernel import inlined, kernel
 
 SQRT3 = math.sqrt(3.0)
 # Height of the regular simplex over a facet of unit mean edge.

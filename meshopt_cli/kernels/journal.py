@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from ._jit import kernel
+from ._kernel import kernel
 from .accept import mean_falls
 from .types import (
     J_ACTIVE,

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._jit import entry, kernel
+from ._kernel import entry, kernel
 from .geometry import Vec, at, cross, distance, dot, minus
 
 MAX_STEPS = 1000  # of one walk

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from ._jit import entry, inlined, kernel
+from ._kernel import entry, inlined, kernel
 from .geometry import SQRT3, Vec, along, at, cross, distance, dot, minus, norm, square_distance
 
 (

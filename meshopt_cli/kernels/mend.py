@@ -11,7 +11,7 @@ import math
 from enum import IntEnum
 from typing import NamedTuple
 
-from ._jit import entry, kernel
+from ._kernel import entry, kernel
 from .accept import FLOOR, STRICT, gained
 from .cavity import has_room
 from .classify import cell_type

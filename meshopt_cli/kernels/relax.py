@@ -6,7 +6,7 @@ the patch may not fall below a floor.
 
 from __future__ import annotations
 
-from ._jit import entry, kernel
+from ._kernel import entry, kernel
 from .flip import apply_flip, simulate_flip
 from .shell_swap import APPLIED, NOT_VISITED, apply_swap, simulate_edge_removal, simulate_face_swap
 from .tables import TET_EDGES

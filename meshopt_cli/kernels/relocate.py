@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._jit import entry, inlined, kernel
+from ._kernel import entry, inlined, kernel
 from .accept import MEAN, gained, is_accepted, mean_falls, threshold
 from .ball import gather_ball, longest_edge_at, next_stamp, quality_at, sum_of, touch, worst_of
 from .geometry import (
@@ -267,24 +267,28 @@ def guide_of(mesh, vertex):
 
 
 @kernel
-def movable_ball(mesh, vertex, guide, scratch):
+def movable_ball(mesh, vertex, guide, below, scratch):
     """Gather the ball of a vertex into `scratch.ball`.
 
     Returns
     -------
     verdict : int
-        APPLIED where the vertex may move, else FIXED or TOO_LARGE.
+        APPLIED where the vertex may move, else FIXED or TOO_LARGE; NOT_BETTER where the ball is
+        no worse than `below`.
     n : int
         Cells of the ball.
+    before : float
+        Worst q of the ball.
     """
     if mesh.fixed[vertex] and guide.kind == 0.0:
-        return FIXED, 0
+        return FIXED, 0, 0.0
     n, closed = gather_ball(mesh, vertex, scratch.ball, scratch)
     if n < 0:
-        return TOO_LARGE, 0
+        return TOO_LARGE, 0, 0.0
     if not closed and guide.kind == 0.0:
-        return FIXED, 0
-    return APPLIED, n
+        return FIXED, 0, 0.0
+    before = worst_of(mesh, scratch.ball, n)
+    return APPLIED if before < below else NOT_BETTER, n, before
 
 
 @kernel
@@ -293,12 +297,9 @@ def simulate_climb(mesh, vertex, below, scratch):
     ball = scratch.ball
     p = at(mesh.points, vertex)
     guide = guide_of(mesh, vertex)
-    verdict, n = movable_ball(mesh, vertex, guide, scratch)
+    verdict, n, before = movable_ball(mesh, vertex, guide, below, scratch)
     if verdict != APPLIED:
-        return RelocationPlan(verdict, 0, p, 0.0)
-    before = worst_of(mesh, ball, n)
-    if before >= below:
-        return RelocationPlan(NOT_BETTER, n, p, before)
+        return RelocationPlan(verdict, n, p, before)
     size = longest_edge_at(mesh, ball, n, p)
     q, worst = climb(mesh, ball, n, p, before, size, guide, scratch)
     verdict = APPLIED if worst > gained(before) else NOT_BETTER
@@ -313,12 +314,9 @@ def simulate_relocation(mesh, vertex, how, scratch):
     ball = scratch.ball
     p = at(mesh.points, vertex)
     guide = guide_of(mesh, vertex)
-    verdict, n = movable_ball(mesh, vertex, guide, scratch)
+    verdict, n, before = movable_ball(mesh, vertex, guide, how.below, scratch)
     if verdict != APPLIED:
-        return RelocationPlan(verdict, 0, p, 0.0)
-    before = worst_of(mesh, ball, n)
-    if before >= how.below:
-        return RelocationPlan(NOT_BETTER, n, p, before)
+        return RelocationPlan(verdict, n, p, before)
     if how.method == QUALITY:
         goal = ideal_mean(mesh, ball, n, how.weight)
     else:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ._jit import entry, inlined
+from ._kernel import entry, inlined
 
 
 @inlined

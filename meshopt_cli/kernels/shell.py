@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ._jit import kernel
+from ._kernel import kernel
 from .ball import local_index
 from .types import MAX_SHELL
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ._jit import entry, kernel
+from ._kernel import entry, kernel
 from .accept import FLAT, MEAN, is_accepted, mean_falls, threshold
 from .cavity import has_room, replace_cells
 from .geometry import at

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ._jit import entry, kernel
+from ._kernel import entry, kernel
 from .accept import mean_falls
 from .ball import longest_edge_at, next_stamp, quality_at
 from .cavity import has_room, replace_cells

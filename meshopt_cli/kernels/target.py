@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ._jit import entry, kernel
+from ._kernel import entry, kernel
 from .geometry import TET_HEIGHT, Vec, along, at, cross, distance, minus, norm
 from .measures import tet_quality
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ._jit import entry, inlined
+from ._kernel import entry, inlined
 
 
 @inlined

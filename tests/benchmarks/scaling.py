@@ -19,7 +19,6 @@ import numpy as np
 from judge import Part
 from rich.console import Console
 from rich.table import Table
-from scipy.spatial import Delaunay
 
 CHILD = Path(__file__).with_name("child.py")
 CELLS = (50_000, 200_000, 500_000, 1_000_000, 2_000_000)
@@ -31,6 +30,8 @@ COLUMNS = ("cells", "whole s", "passes s", "passes µs/cell", "peak MiB", "bytes
 
 def ball(n_cells: int) -> Part:
     """Delaunay mesh of points on a sphere and of a shaken lattice inside it."""
+    from scipy.spatial import Delaunay
+
     n_points = n_cells / PER_POINT
     side = (4.0 * np.pi / 3.0 / n_points) ** (1.0 / 3.0)
     n_surface = int(4.0 * np.pi / side**2)
