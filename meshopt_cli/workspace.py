@@ -368,6 +368,8 @@ def _new_scratch(capacity: int, n_points: int) -> Scratch:
         facets=np.zeros((4 * MAX_CREATED, 4), dtype=np.int64),
         values=np.zeros(MAX_BALL),
         gradients=np.zeros((MAX_BALL, 3)),
+        # Rows a power of two apart would share a few lines of the cache.
+        star=np.zeros((9, MAX_BALL + 8)),
         cell_mark=np.zeros(capacity, dtype=np.int64),
         vertex_mark=np.zeros(n_points, dtype=np.int64),
         stamp=np.zeros(1, dtype=np.int64),

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 
 from ._kernel import entry, kernel
-from .ball import longest_edge_at, quality_at
 from .cavity import has_room
 from .geometry import FREE, Vec, at
 from .relocate import climb, rounded
@@ -130,11 +129,7 @@ def simulate_constrained_split(mesh, cell, entity, on_boundary, keep, scratch):
         before = min(before, mesh.quality[scratch.cavity[i]])
     n_facets = enclose(mesh, n, scratch)
     p = rounded(mesh, middle(mesh, cell, omitted, other))
-    worst = math.inf
-    for i in range(n_facets):
-        worst = min(worst, quality_at(mesh, scratch.ball[i], p))
-    size = longest_edge_at(mesh, scratch.ball, n_facets, p)
-    p, worst = climb(mesh, scratch.ball, n_facets, p, worst, size, FREE, scratch)
+    p, worst = climb(mesh, scratch.ball, n_facets, p, FREE, scratch)
     if worst <= 0.0:
         return Insertion(INVALID, n, n_facets, p, worst)
     if worst < keep * before:

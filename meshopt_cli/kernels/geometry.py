@@ -28,6 +28,12 @@ def at(points, i):
 
 
 @inlined
+def ratio(numerator, denominator):
+    """The quotient, and 0 for what shrank to a point or a line."""
+    return numerator / denominator if denominator > 0.0 else 0.0
+
+
+@inlined
 def minus(a, b):
     return Vec(a.x - b.x, a.y - b.y, a.z - b.z)
 
@@ -114,15 +120,21 @@ def tri_ideal_point(a, b):
 
 
 @inlined
-def tet_ideal_point(a, b, c):
-    """Apex over the centroid of a triangle, as high as a regular tet of its mean edge.
+def tet_ideal_height(a, b, c):
+    """What the normal (b - a) x (c - a) of a facet is to be times, to be the ideal height.
 
-    A flat triangle has no side to stand on: its centroid is returned.
+    That is the height of a regular tet of the facet's mean edge; 0 for a flat facet, which has
+    no side to stand on.
     """
     normal = cross(minus(b, a), minus(c, a))
-    length = norm(normal)
     edge = (distance(a, b) + distance(b, c) + distance(c, a)) / 3.0
-    height = TET_HEIGHT * edge / length if length > 0.0 else 0.0
+    return ratio(TET_HEIGHT * edge, norm(normal))
+
+
+@inlined
+def tet_ideal_point(a, b, c, height):
+    """Apex over the centroid of a triangle; `height` is that of `tet_ideal_height`."""
+    normal = cross(minus(b, a), minus(c, a))
     return Vec(
         (a.x + b.x + c.x) / 3.0 + height * normal.x,
         (a.y + b.y + c.y) / 3.0 + height * normal.y,

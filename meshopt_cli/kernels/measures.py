@@ -10,7 +10,19 @@ from __future__ import annotations
 import math
 
 from ._kernel import entry, inlined, kernel
-from .geometry import SQRT3, Vec, along, at, cross, distance, dot, minus, norm, square_distance
+from .geometry import (
+    SQRT3,
+    Vec,
+    along,
+    at,
+    cross,
+    distance,
+    dot,
+    minus,
+    norm,
+    ratio,
+    square_distance,
+)
 
 (
     ASPECT_RATIO,
@@ -45,12 +57,6 @@ ANGLE_Q = 1.84
 ANGLE_WEIGHT = 0.25
 LEAST_SINE = math.sin(math.radians(LEAST_ANGLE / 2.0))
 LEAST_COSINE = math.cos(math.radians(GREATEST_ANGLE / 2.0))
-
-
-@inlined
-def ratio(numerator, denominator):
-    """The quotient, and 0 for a cell shrunk to a point or a line."""
-    return numerator / denominator if denominator > 0.0 else 0.0
 
 
 @kernel
@@ -114,7 +120,7 @@ def tet_edges(a, b, c, d):
     )
 
 
-@kernel
+@inlined
 def tet_normals(a, b, c, d):
     """Inward normals of the faces opposite a, b, c, d, twice their areas long."""
     ab = minus(b, a)
@@ -175,42 +181,51 @@ def solid_angle(apex, a, b, c):
 
 
 @inlined
-def cosine_between(u, v):
-    """Cosine of the angle of two vectors; 1 where one of them vanishes."""
-    squares = dot(u, u) * dot(v, v)
-    return dot(u, v) / math.sqrt(squares) if squares > 0.0 else 1.0
+def inverse_length(a):
+    """1 over the length of a vector; 0 for one that vanishes."""
+    return ratio(1.0, norm(a))
 
 
-@kernel
+@inlined
 def tet_angle_bound(a, b, c, d):
     """The q that the dihedral angles of a positive tet allow.
 
     It grows with the sine of half the least angle and the cosine of half the greatest.
     """
     n0, n1, n2, n3 = tet_normals(a, b, c, d)
-    c01 = cosine_between(n0, n1)
-    c02 = cosine_between(n0, n2)
-    c03 = cosine_between(n0, n3)
-    c12 = cosine_between(n1, n2)
-    c13 = cosine_between(n1, n3)
-    c23 = cosine_between(n2, n3)
+    l0 = inverse_length(n0)
+    l1 = inverse_length(n1)
+    l2 = inverse_length(n2)
+    l3 = inverse_length(n3)
+    c01 = dot(n0, n1) * (l0 * l1)
+    c02 = dot(n0, n2) * (l0 * l2)
+    c03 = dot(n0, n3) * (l0 * l3)
+    c12 = dot(n1, n2) * (l1 * l2)
+    c13 = dot(n1, n3) * (l1 * l3)
+    c23 = dot(n2, n3) * (l2 * l3)
     # The normals point inwards: the angle between two faces is pi less that between them.
     of_least = -min(c01, c02, c03, c12, c13, c23)
     of_greatest = -max(c01, c02, c03, c12, c13, c23)
     sine = math.sqrt(max(0.0, 0.5 * (1.0 - of_least)))
     cosine = math.sqrt(max(0.0, 0.5 * (1.0 + of_greatest)))
     bound = min(sine / LEAST_SINE, cosine / LEAST_COSINE)
-    if bound < 1.0:
-        bound = ANGLE_WEIGHT + (1.0 - ANGLE_WEIGHT) * bound
+    bound = bound if bound >= 1.0 else ANGLE_WEIGHT + (1.0 - ANGLE_WEIGHT) * bound
     return min(1.0, bound / ANGLE_Q)
+
+
+@inlined
+def tet_bounded_aspect_ratio(a, b, c, d):
+    """`tet_bounded_quality` of the aspect ratio."""
+    q = tet_aspect_ratio(a, b, c, d)
+    return min(q, tet_angle_bound(a, b, c, d)) if q > 0.0 else q
 
 
 @kernel
 def tet_bounded_quality(measure, a, b, c, d):
     """q of a tet by a measure, or what its dihedral angles allow if that is less."""
     if measure == ASPECT_RATIO:
-        q = tet_aspect_ratio(a, b, c, d)
-    elif measure == VOLUME_LENGTH:
+        return tet_bounded_aspect_ratio(a, b, c, d)
+    if measure == VOLUME_LENGTH:
         q = tet_volume_length(a, b, c, d)
     else:
         q = tet_other_quality(measure, a, b, c, d)
@@ -311,22 +326,30 @@ def tri_other_quality(measure, a, b, c, area):
     return signed(h_min / max(ab, bc, ca), area)  # EDGE_RATIO
 
 
+@inlined
+def tri_aspect_ratio(a, b, c):
+    """S / (alpha_2 h_max p), the inverse of (18.6)."""
+    ab = minus(b, a)
+    ac = minus(c, a)
+    area = 0.5 * (ab.x * ac.y - ab.y * ac.x)
+    e0 = norm(ab)
+    e1 = norm(ac)
+    e2 = norm(minus(c, b))
+    return ratio(area, ALPHA_2 * max(e0, e1, e2) * 0.5 * (e0 + e1 + e2))
+
+
 @kernel
 def tri_quality(measure, a, b, c):
     """q of a triangle in the plane z = 0 by the measure with this code.
 
-    `ASPECT_RATIO` is S / (alpha_2 h_max p), the inverse of (18.6), and `VOLUME_LENGTH`
-    S / (beta_2 h_s^2), the inverse of (18.8).
+    `VOLUME_LENGTH` is S / (beta_2 h_s^2), the inverse of (18.8).
     """
+    if measure == ASPECT_RATIO:
+        return tri_aspect_ratio(a, b, c)
     ab = minus(b, a)
     ac = minus(c, a)
     bc = minus(c, b)
     area = 0.5 * (ab.x * ac.y - ab.y * ac.x)
-    if measure == ASPECT_RATIO:
-        e0 = norm(ab)
-        e1 = norm(ac)
-        e2 = norm(bc)
-        return ratio(area, ALPHA_2 * max(e0, e1, e2) * 0.5 * (e0 + e1 + e2))
     if measure == VOLUME_LENGTH:
         return ratio(area, BETA_2 * (dot(ab, ab) + dot(ac, ac) + dot(bc, bc)))
     return tri_other_quality(measure, a, b, c, area)

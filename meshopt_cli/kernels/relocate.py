@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ._kernel import entry, inlined, kernel
-from .accept import MEAN, gained, is_accepted, mean_falls, threshold
+from .accept import MEAN, gained, is_accepted, mean_falls
 from .ball import gather_ball, longest_edge_at, next_stamp, quality_at, sum_of, touch, worst_of
 from .geometry import (
     FREE,
@@ -27,12 +27,17 @@ from .geometry import (
     minus,
     norm,
     square_distance,
-    tet_ideal_point,
     toward,
-    tri_ideal_point,
 )
 from .journal import keep
-from .tables import TET_FACETS, TRI_FACETS
+from .star import (
+    ideal_point,
+    load_star,
+    measure_star,
+    star_heights,
+    star_quality,
+    sum_of_star,
+)
 from .types import APPLIED, FIXED, INVALID, NOT_BETTER, TOO_LARGE
 
 LAPLACE, WEIGHTED, QUALITY, OPTIMIZE = range(4)
@@ -86,23 +91,6 @@ def rounded(mesh, p):
     return p
 
 
-@inlined
-def ideal_point(mesh, handle):
-    """The point that makes the best cell with the facet opposite a vertex (18.24)."""
-    cell = handle >> 2
-    local = handle & 3
-    if mesh.cells.shape[1] == 4:
-        return tet_ideal_point(
-            at(mesh.points, mesh.cells[cell, TET_FACETS[local, 0]]),
-            at(mesh.points, mesh.cells[cell, TET_FACETS[local, 1]]),
-            at(mesh.points, mesh.cells[cell, TET_FACETS[local, 2]]),
-        )
-    return tri_ideal_point(
-        at(mesh.points, mesh.cells[cell, TRI_FACETS[local, 0]]),
-        at(mesh.points, mesh.cells[cell, TRI_FACETS[local, 1]]),
-    )
-
-
 @kernel
 def neighbour_mean(mesh, vertex, ball, n, weighted, scratch):
     """Mean of the vertices of the ball (18.21); weighted by their distance for (18.23)."""
@@ -128,8 +116,9 @@ def neighbour_mean(mesh, vertex, ball, n, weighted, scratch):
 
 
 @kernel
-def ideal_mean(mesh, ball, n, weight):
-    """Weighted mean of the ideal points of the ball (18.24)."""
+def ideal_mean(mesh, ball, n, weight, scratch):
+    """Weighted mean of the ideal points of the ball (18.24), whose star is loaded."""
+    star_heights(mesh, n, scratch)
     total = 0.0
     x = 0.0
     y = 0.0
@@ -145,7 +134,7 @@ def ideal_mean(mesh, ball, n, weight):
             w = min(1.0 / q, MAX_WEIGHT) if q > 0.0 else MAX_WEIGHT
             if weight == DEGRADATION2:
                 w *= w
-        ideal = ideal_point(mesh, ball[i])
+        ideal = ideal_point(mesh, i, scratch)
         total += w
         x += w * ideal.x
         y += w * ideal.y
@@ -154,38 +143,13 @@ def ideal_mean(mesh, ball, n, weight):
 
 
 @kernel
-def worst_at(mesh, ball, n, p, stop):
-    """Worst q of a ball with its vertex at p; gives up at the first cell at or below `stop`."""
-    worst = math.inf
-    for i in range(n):
-        worst = min(worst, quality_at(mesh, ball[i], p))
-        if worst <= stop:
-            break
-    return worst
-
-
-@kernel
-def spread_at(mesh, ball, n, p, stop):
-    """The same, and the sum of Q, which means nothing once it gave up."""
-    worst = math.inf
-    total = 0.0
-    for i in range(n):
-        q = quality_at(mesh, ball[i], p)
-        worst = min(worst, q)
-        if worst <= stop:
-            break
-        total += 1.0 / q
-    return worst, total
-
-
-@kernel
-def gradient_at(mesh, handle, p, value, h):
-    """Gradient of the q of a cell, `value` with its vertex at p, by differences of step h."""
-    gx = (quality_at(mesh, handle, Vec(p.x + h, p.y, p.z)) - value) / h
-    gy = (quality_at(mesh, handle, Vec(p.x, p.y + h, p.z)) - value) / h
+def gradient_at(mesh, i, p, value, h, scratch):
+    """Gradient of the q of cell i of the star, `value` at p, by differences of step h."""
+    gx = (star_quality(mesh, i, Vec(p.x + h, p.y, p.z), scratch) - value) / h
+    gy = (star_quality(mesh, i, Vec(p.x, p.y + h, p.z), scratch) - value) / h
     gz = 0.0
     if mesh.cells.shape[1] == 4:
-        gz = (quality_at(mesh, handle, Vec(p.x, p.y, p.z + h)) - value) / h
+        gz = (star_quality(mesh, i, Vec(p.x, p.y, p.z + h), scratch) - value) / h
     return Vec(gx, gy, gz)
 
 
@@ -214,24 +178,31 @@ def ascent_direction(gradients, n):
 
 
 @kernel
-def climb(mesh, ball, n, p, worst, size, guide, scratch):
-    """Move p uphill on the worst q of its ball until no step helps, as far as a guide allows.
+def climb(mesh, handles, n, p, guide, scratch):
+    """Move p uphill on the worst q of its star until no step helps, as far as a guide allows.
+
+    Parameters
+    ----------
+    handles : (n,) int64
+        The facets of the star.
 
     Returns
     -------
     p : Vec
     worst : float
-        Worst q of the ball at p, at least the one given.
+        Worst q of the star at p, at least what it was.
     """
+    load_star(mesh, handles, n, scratch)
+    size = longest_edge_at(mesh, handles, n, p)
     values = scratch.values
+    worst = measure_star(mesh, n, p, scratch)
     step = 0.2 * size
     for _ in range(MAX_STEPS):
-        for i in range(n):
-            values[i] = quality_at(mesh, ball[i], p)
         n_active = 0
         for i in range(n):
             if values[i] <= worst + ACTIVE:
-                g = guided(guide, gradient_at(mesh, ball[i], p, values[i], PROBE * size))
+                slope = gradient_at(mesh, i, p, values[i], PROBE * size, scratch)
+                g = guided(guide, slope)
                 scratch.gradients[n_active, 0] = g.x
                 scratch.gradients[n_active, 1] = g.y
                 scratch.gradients[n_active, 2] = g.z
@@ -243,7 +214,7 @@ def climb(mesh, ball, n, p, worst, size, guide, scratch):
         moved = False
         while step > SHORTEST * size:
             q = rounded(mesh, along(p, d, step / length))
-            after = worst_at(mesh, ball, n, q, worst)
+            after = measure_star(mesh, n, q, scratch)
             if after > worst + STEP_GAIN * abs(worst):
                 # A longer stride may do better still.
                 p = q
@@ -300,8 +271,7 @@ def simulate_climb(mesh, vertex, below, scratch):
     verdict, n, before = movable_ball(mesh, vertex, guide, below, scratch)
     if verdict != APPLIED:
         return RelocationPlan(verdict, n, p, before)
-    size = longest_edge_at(mesh, ball, n, p)
-    q, worst = climb(mesh, ball, n, p, before, size, guide, scratch)
+    q, worst = climb(mesh, ball, n, p, guide, scratch)
     verdict = APPLIED if worst > gained(before) else NOT_BETTER
     return RelocationPlan(verdict, n, q, worst)
 
@@ -317,8 +287,9 @@ def simulate_relocation(mesh, vertex, how, scratch):
     verdict, n, before = movable_ball(mesh, vertex, guide, how.below, scratch)
     if verdict != APPLIED:
         return RelocationPlan(verdict, n, p, before)
+    load_star(mesh, ball, n, scratch)
     if how.method == QUALITY:
-        goal = ideal_mean(mesh, ball, n, how.weight)
+        goal = ideal_mean(mesh, ball, n, how.weight, scratch)
     else:
         goal = neighbour_mean(mesh, vertex, ball, n, how.method == WEIGHTED, scratch)
     if guide.kind > 0.0:
@@ -326,15 +297,14 @@ def simulate_relocation(mesh, vertex, how, scratch):
     neighbour = mesh.cells[ball[0] >> 2, 0 if ball[0] & 3 else 1]
     if square_distance(p, goal) <= STILL * square_distance(p, at(mesh.points, neighbour)):
         return RelocationPlan(NOT_BETTER, n, p, before)
-    stop = threshold(how.rule, how.floor, before)
     sum_before = sum_of(mesh, ball, n) if how.rule == MEAN else 0.0
     t = how.relaxation
     worst = before
     for _ in range(N_HALVINGS):
         q = rounded(mesh, toward(p, goal, t))
-        worst, total = spread_at(mesh, ball, n, q, stop)
+        worst = measure_star(mesh, n, q, scratch)
         if is_accepted(how.rule, how.floor, before, worst) and (
-            how.rule != MEAN or mean_falls(sum_before, total)
+            how.rule != MEAN or mean_falls(sum_before, sum_of_star(n, scratch))
         ):
             return RelocationPlan(APPLIED, n, q, worst)
         t *= 0.5

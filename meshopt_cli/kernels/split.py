@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from ._kernel import entry, kernel
 from .accept import mean_falls
-from .ball import longest_edge_at, next_stamp, quality_at
+from .ball import next_stamp, quality_at
 from .cavity import has_room, replace_cells
 from .geometry import FREE, Vec, at, toward
 from .journal import keep_vertex
@@ -192,8 +192,7 @@ def refine_insertion(mesh, cell, start, gain, urgent, scratch):
     for _ in range(N_REFINEMENTS):
         if worst <= 0.0:
             break
-        size = longest_edge_at(mesh, scratch.ball, n_facets, p)
-        p, climbed = climb(mesh, scratch.ball, n_facets, p, worst, size, FREE, scratch)
+        p, climbed = climb(mesh, scratch.ball, n_facets, p, FREE, scratch)
         n_cells, n_facets, worst, before = grow_cavity(mesh, cell, p, scratch)
         if worst < climbed:
             break

@@ -113,6 +113,7 @@ class Scratch(NamedTuple):
     facets: np.ndarray  # (4 * MAX_CREATED, 4) int64 facets waiting for their other side
     values: np.ndarray  # (MAX_BALL,) float64
     gradients: np.ndarray  # (MAX_BALL, 3) float64
+    star: np.ndarray  # (9, MAX_BALL + 8) float64 vertices of the facets of a ball: see `star`
     cell_mark: np.ndarray  # (capacity,) int64
     vertex_mark: np.ndarray  # (np,) int64
     stamp: np.ndarray  # (1,) int64: marks equal to it are set
