@@ -271,10 +271,10 @@ class Pipeline:
         deadline = time.monotonic() + self.time_limit
         outcome = Outcome(work, Clock(observer or Silent(), deadline))
         untouched, before = work.copy(), work.standing()
+        for step in self.passes():
+            step.forget()
         try:
             for stage in self.stages:
-                for step in stage.passes():
-                    step.forget()
                 stage.run(outcome)
                 if outcome.work.standing().worst <= 0.0:
                     break  # nothing but untangling helps, and it comes first

@@ -68,12 +68,13 @@ def _rounds(
     New vertices come last, so that there are few of them.
     """
 
+    # Shared: what the rounds without new vertices left as it was needs no second visit.
+    swap = Swap(below=swap_below, pick="best")
+    smooth = Smooth(below=smooth_below, sweeps=2, order="index")
+    lift = Smooth(method="optimize", below=swap_below, sweeps=1)
+
     def steps(change: Pass) -> Sequence:
-        swap = Swap(below=swap_below, pick="best")
-        smooth = Smooth(below=smooth_below, sweeps=2, order="index")
-        return Sequence(
-            (swap, smooth, change, Smooth(method="optimize", below=swap_below, sweeps=1))
-        )
+        return Sequence((swap, smooth, change, lift))
 
     return Repeat(steps(Collapse()), stop), Repeat(steps(Split(below=split_below)), stop)
 

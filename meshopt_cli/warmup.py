@@ -56,14 +56,14 @@ def one_tet() -> Workspace:
 
 
 def compile_swap(work: Workspace) -> None:
-    how = Swap(0, 0.0, False)
+    how = Swap(0, 0.0, False, 0)
     sweep_swap(work.mesh, NOTHING, how, work.scratch, no_counts())
     sweep_flip(work.mesh, NOTHING, how, work.scratch, no_counts())
 
 
 def compile_relax(work: Workspace) -> None:
     degree = np.zeros(4)
-    how = Swap(0, 0.0, False)
+    how = Swap(0, 0.0, False, 0)
     sweep_relax(work.mesh, NOTHING, how, degree, degree, work.scratch, no_counts())
 
 

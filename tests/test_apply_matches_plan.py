@@ -124,7 +124,7 @@ FACE_REMOVAL = Operator(
 ANY_SWAP = Operator(
     lambda work: itertools.product(work.living(), range(10)),
     lambda work, place, *rule: patches.plan_any_swap(
-        work.mesh, *place, Swap(*rule, False), work.scratch
+        work.mesh, *place, Swap(*rule, False, 0), work.scratch
     ),
     apply_swap,
 )

@@ -13,6 +13,7 @@ from .geometry import at
 from .journal import keep
 from .measures import tri_quality
 from .shell import is_required
+from .tables import TRI_FACETS
 from .types import APPLIED, FIXED, INVALID, NOT_BETTER
 
 
@@ -115,6 +116,11 @@ def sweep_flip(mesh, order, how, scratch, counts):
         best = -1
         best_worst = -math.inf
         for local in range(3):
+            if (
+                mesh.vertex_clock[mesh.cells[cell, TRI_FACETS[local, 0]]] <= how.since
+                or mesh.vertex_clock[mesh.cells[cell, TRI_FACETS[local, 1]]] <= how.since
+            ):
+                continue
             plan = simulate_flip(mesh, 4 * cell + local, how.rule, how.floor)
             counts[plan.verdict] += plan.verdict != APPLIED
             worst = min(plan.q_one, plan.q_other)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ._kernel import entry, kernel
+from ._kernel import entry, inlined, kernel
 from .accept import FLAT, MEAN, is_accepted, mean_falls, threshold
 from .cavity import has_room, replace_cells
 from .geometry import at
@@ -35,6 +35,7 @@ class Swap(NamedTuple):
     rule: int
     floor: float
     pick_best: bool  # the best of all swaps of a cell, not the first accepted
+    since: int  # only where something changed after this sweep
 
 
 class SwapPlan(NamedTuple):
@@ -261,6 +262,22 @@ def apply_swap(mesh, plan, scratch):
     replace_cells(mesh, scratch.shell, plan.n_old, plan.n_new, scratch)
 
 
+@inlined
+def is_unchanged(mesh, cell, handle, since):
+    """Whether nothing changed around an edge 0..5 or at a face 6..9 of a tet after a sweep."""
+    clock = mesh.vertex_clock
+    if handle < 6:
+        return (
+            clock[mesh.cells[cell, TET_EDGES[handle, 0]]] <= since
+            or clock[mesh.cells[cell, TET_EDGES[handle, 1]]] <= since
+        )
+    return (
+        clock[mesh.cells[cell, TET_FACETS[handle - 6, 0]]] <= since
+        or clock[mesh.cells[cell, TET_FACETS[handle - 6, 1]]] <= since
+        or clock[mesh.cells[cell, TET_FACETS[handle - 6, 2]]] <= since
+    )
+
+
 @kernel
 def best_swap(mesh, cell, how, scratch, counts):
     """Simulate the swaps of a tet's six edges and four faces.
@@ -274,6 +291,8 @@ def best_swap(mesh, cell, how, scratch, counts):
     best = -1
     best_worst = -math.inf
     for handle in range(10):
+        if is_unchanged(mesh, cell, handle, how.since):
+            continue
         plan = simulate_swap(mesh, cell, handle, how, scratch)
         if plan.verdict == NOT_VISITED:
             continue

@@ -24,6 +24,7 @@ from .types import APPLIED, FULL, INVALID, N_POINTS, NOT_BETTER, NOT_LEGAL, TOO_
 
 MAX_CAVITY = 40  # cells
 PATIENCE = 10  # cells that may join without gain
+PROMISING = 0.85  # part of the q of a cell that its first cavity must have
 N_REFINEMENTS = 2  # rounds of growing the cavity and moving the vertex
 
 
@@ -246,6 +247,8 @@ def simulate_insertion(mesh, cell, gain, urgent, scratch):
         elif worst > second_worst:
             second = which
             second_worst = worst
+    if first_worst < PROMISING * mesh.quality[cell] and mesh.quality[cell] > urgent:
+        return Insertion(NOT_BETTER, 0, 0, centre(mesh, cell), first_worst)
     plan = refine_insertion(mesh, cell, starting_point(mesh, cell, first), gain, urgent, scratch)
     if plan.verdict == APPLIED or second < 0:
         return plan

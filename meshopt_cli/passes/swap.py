@@ -25,9 +25,10 @@ class Swap(Operator):
     )
 
     def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
-        how = How(self.rule, self.least(work), self.pick == "best")
+        since = self.since(work, "shells")
+        how = How(self.rule, self.least(work), self.pick == "best", since)
         sweep = sweep_swap if work.dimension == 3 else sweep_flip
-        cells, quality = work.changed_cells(self.since(work, "shells"), self.limit)
+        cells, quality = work.changed_cells(since, self.limit)
         order = self.ordered(work, cells, quality)
 
         def kernel(chunk):
