@@ -96,6 +96,16 @@ class KernelCompiler(CompilerBase):
 class Image(JITCodeLibrary):
     """The code of an entry and of all that it calls, optimized, to become an object file."""
 
+    def _optimize_final_module(self) -> None:
+        """Make all but the wrapper private before: arguments that nobody uses are dropped.
+
+        A mesh and its working space are two hundred words, which calls would copy to the stack.
+        """
+        for function in self._final_module.functions:
+            if not function.is_declaration and function.name != SYMBOL:
+                function.linkage = "internal"
+        super()._optimize_final_module()
+
     def _finalize_final_module(self) -> None:
         """Leave it at that: it is `_native` that loads the object file."""
         self._verify_declare_only_symbols()
