@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from .kernels.measures import ANGLE_Q, WITH_ANGLES
+from .kernels.measures import ANGLE_Q, PERCENT, WITH_ANGLES
 from .passes import Observer, Pass, Silent, Tally
 from .passes.check import Check
 from .workspace import Standing, Workspace
@@ -31,6 +31,10 @@ DONE = "done"
 
 # Angles may cost some of the worst Q as long as it stays within so many times the target.
 NEAR_TARGET = 1.1
+# By so much a q must be better than the least that is left, where the angles come first.
+MARGIN = 1.01
+# Where the worst Q stays beyond so many times `ANGLE_Q`, no angle counts.
+MOST_LENIENT = 2
 
 
 @dataclass(frozen=True)
@@ -181,22 +185,39 @@ class Repeat:
 
 @dataclass(frozen=True)
 class WithAngles:
-    """A stage in which no tet counts as better than its dihedral angles: see `measures`."""
+    """A stage in which no tet counts as better than its dihedral angles: see `measures`.
+
+    Attributes
+    ----------
+    lenient : bool
+        Whether a Q near what the boundary allows, or no worse than the worst, is good enough, so
+        that the angles come first. Where that is bad, they are bad anyhow, and nothing is done.
+    """
 
     body: Stage
+    lenient: bool = False
 
     def passes(self) -> Iterator[Pass]:
         yield from self.body.passes()
 
     def run(self, outcome: Outcome, round: int = 0) -> None:
         judge, start, before = outcome.work.measure, outcome.work.copy(), outcome.work.standing()
-        outcome.work.measure_by(judge + WITH_ANGLES)
+        least = min(before.worst, 1.0 / max(ANGLE_Q, NEAR_TARGET * start.target))
+        percent = PERCENT
+        if self.lenient:
+            if ANGLE_Q * least * MOST_LENIENT < 1.0:
+                return
+            percent = max(PERCENT, int(PERCENT / (ANGLE_Q * MARGIN * least)))
+        for step in self.passes():
+            step.forget()  # what was good enough may not be by this measure
+        outcome.work.measure_by(judge + percent * WITH_ANGLES)
+        outcome.work.target = start.target * PERCENT / percent
         try:
             self.body.run(outcome, round)
         finally:
             outcome.work.measure_by(judge)
-            enough = 1.0 / max(ANGLE_Q, NEAR_TARGET * start.target)
-            if outcome.work.standing().worst < min(before.worst, enough):
+            outcome.work.target = start.target
+            if outcome.work.standing().worst < least:
                 outcome.work = start
 
 

@@ -119,12 +119,16 @@ def _best(stop: Stop, dimension: int) -> tuple[Stage, ...]:
     one_by_one = Mend(below=bar, max_vertices=_GROWTH)
     around = replace(one_by_one, rings=3)
     bold = replace(one_by_one, rings=1, harm=0.3, trials=2, urgent=1.1)
-    ways = (Repeat(Sequence((way, settle)), stop) for way in (one_by_one, around, bold))
+
+    def mended(*ways: Pass) -> Chain:
+        return Chain(tuple(Repeat(Sequence((way, settle)), stop) for way in ways))
+
     # A better mean makes some of what was stuck loose.
-    mend: tuple[Stage, ...] = (*ways, _polish(stop, bar), Repeat(Sequence((around, settle)), stop))
-    if dimension == 3:
-        mend = (WithAngles(Chain(mend)),)
-    return _audited(*_usual(stop, dimension), *mend)
+    mend = Chain((mended(one_by_one, around, bold), _polish(stop, bar), mended(around)))
+    if dimension == 2:
+        return _audited(*_usual(stop, dimension), mend)
+    angles = WithAngles(mended(one_by_one, bold), lenient=True)
+    return _audited(*_usual(stop, dimension), WithAngles(mend), angles)
 
 
 PRESETS: dict[str, Preset] = {

@@ -37,8 +37,10 @@ from .geometry import (
     SOLID_ANGLE_MIN,
 ) = range(10)
 
-# Added to a code: the dihedral angles of a tet bound its q as well (`tet_angle_bound`).
+# Added to a code n times: the dihedral angles of a tet bound its q as well (`tet_angle_bound`),
+# and its q counts n / PERCENT times (`lenient`).
 WITH_ANGLES = 100
+PERCENT = 100
 
 ALPHA_2 = SQRT3 / 6.0
 ALPHA_3 = math.sqrt(6.0) / 36.0
@@ -214,22 +216,46 @@ def tet_angle_bound(a, b, c, d):
 
 
 @inlined
-def tet_bounded_aspect_ratio(a, b, c, d):
-    """`tet_bounded_quality` of the aspect ratio."""
+def lenience(measure):
+    """How many times q counts under a measure with angles: 1 or more."""
+    return measure // WITH_ANGLES / PERCENT
+
+
+@inlined
+def lenient(times, q):
+    """What a positive q counts for, if it counts more than once.
+
+    A Q of `times` ANGLE_Q is good enough then: it counts as ANGLE_Q. What is worse counts for
+    so much less that nothing becomes worse for the sake of the angles.
+    """
+    part = times * q * ANGLE_Q
+    steep = part * part
+    steep *= steep
+    steep *= steep
+    steep *= steep
+    steep *= steep / ANGLE_Q
+    return steep if times > 1.0 and part < 1.0 else times * q
+
+
+@inlined
+def tet_bounded_aspect_ratio(times, a, b, c, d):
+    """`tet_bounded_quality` by the aspect ratio, with a lenience."""
     q = tet_aspect_ratio(a, b, c, d)
-    return min(q, tet_angle_bound(a, b, c, d)) if q > 0.0 else q
+    return min(lenient(times, q), tet_angle_bound(a, b, c, d)) if q > 0.0 else q
 
 
 @kernel
 def tet_bounded_quality(measure, a, b, c, d):
-    """q of a tet by a measure, or what its dihedral angles allow if that is less."""
-    if measure == ASPECT_RATIO:
-        return tet_bounded_aspect_ratio(a, b, c, d)
-    if measure == VOLUME_LENGTH:
+    """What the q of a tet counts for by a measure, or what its angles allow if that is less."""
+    times = lenience(measure)
+    base = measure % WITH_ANGLES
+    if base == ASPECT_RATIO:
+        return tet_bounded_aspect_ratio(times, a, b, c, d)
+    if base == VOLUME_LENGTH:
         q = tet_volume_length(a, b, c, d)
     else:
-        q = tet_other_quality(measure, a, b, c, d)
-    return min(q, tet_angle_bound(a, b, c, d)) if q > 0.0 else q
+        q = tet_other_quality(base, a, b, c, d)
+    return min(lenient(times, q), tet_angle_bound(a, b, c, d)) if q > 0.0 else q
 
 
 @kernel
@@ -282,7 +308,7 @@ def tet_quality(measure, a, b, c, d):
     if measure == VOLUME_LENGTH:
         return tet_volume_length(a, b, c, d)
     if measure >= WITH_ANGLES:
-        return tet_bounded_quality(measure - WITH_ANGLES, a, b, c, d)
+        return tet_bounded_quality(measure, a, b, c, d)
     return tet_other_quality(measure, a, b, c, d)
 
 

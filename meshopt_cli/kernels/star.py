@@ -19,6 +19,7 @@ from .geometry import (
 from .measures import (
     ASPECT_RATIO,
     WITH_ANGLES,
+    lenience,
     tet_aspect_ratio,
     tet_bounded_aspect_ratio,
     tet_quality,
@@ -77,10 +78,11 @@ def measure_star(mesh, n, p, scratch):
             values[i] = tet_aspect_ratio(
                 corner(star, 0, i), corner(star, 1, i), corner(star, 2, i), p
             )
-    elif mesh.cells.shape[1] == 4 and mesh.measure == ASPECT_RATIO + WITH_ANGLES:
+    elif mesh.cells.shape[1] == 4 and mesh.measure % WITH_ANGLES == ASPECT_RATIO:
+        times = lenience(mesh.measure)
         for i in range(n):
             values[i] = tet_bounded_aspect_ratio(
-                corner(star, 0, i), corner(star, 1, i), corner(star, 2, i), p
+                times, corner(star, 0, i), corner(star, 1, i), corner(star, 2, i), p
             )
     elif mesh.cells.shape[1] == 3 and mesh.measure == ASPECT_RATIO:
         for i in range(n):
