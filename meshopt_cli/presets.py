@@ -73,10 +73,13 @@ def _rounds(
     smooth = Smooth(below=smooth_below, sweeps=2, order="index")
     lift = Smooth(method="optimize", below=swap_below, sweeps=1)
 
+    # Most of what is bad beside the boundary stays so: little time is spent on it.
+    split = Split(below=split_below, promise=0.85)
+
     def steps(change: Pass) -> Sequence:
         return Sequence((swap, smooth, change, lift))
 
-    return Repeat(steps(Collapse()), stop), Repeat(steps(Split(below=split_below)), stop)
+    return Repeat(steps(Collapse()), stop), Repeat(steps(split), stop)
 
 
 def _polish(stop: Stop, worst: float) -> Repeat:

@@ -25,7 +25,7 @@ from .kernels.mend import Mending, sweep_mend
 from .kernels.relax import sweep_relax
 from .kernels.separate import depths
 from .kernels.shell_swap import Swap, sweep_swap
-from .kernels.split import sweep_split
+from .kernels.split import Splitting, sweep_split
 from .kernels.target import best_over_face, estimate_targets
 from .kernels.types import N_VERDICTS
 from .kernels.unite import unite
@@ -79,7 +79,7 @@ def compile_collapse(work: Workspace) -> None:
 
 def compile_split(work: Workspace) -> None:
     mesh, scratch = work.mesh, work.scratch
-    sweep_split(mesh, NOTHING, 0, 0.0, 0.0, scratch, no_counts())
+    sweep_split(mesh, NOTHING, Splitting(0, 0.0, 0.0, 0.0), scratch, no_counts())
     sweep_constrained(mesh, NOTHING, mesh.fixed.copy(), 0.0, 0, scratch, no_counts())
 
 

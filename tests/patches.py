@@ -14,6 +14,7 @@ from hypothesis import settings
 
 from meshopt_cli import adjacency, formats
 from meshopt_cli.kernels import (
+    ball,
     classify,
     collapse,
     face_removal,
@@ -22,6 +23,7 @@ from meshopt_cli.kernels import (
     relocate,
     shell_swap,
     split,
+    star,
 )
 from meshopt_cli.kernels._kernel import entry
 from meshopt_cli.kernels.audit import WHOLE, audit
@@ -281,7 +283,16 @@ def do_collapse(mesh, plan, scratch):
 @entry
 def plan_insertion(mesh, cell, urgent, scratch):
     """`simulate_insertion` for Python."""
-    return split.simulate_insertion(mesh, cell, 0.0, urgent, scratch)
+    how = split.Splitting(mesh.points.shape[0], 0.0, urgent, 0.0)
+    return split.simulate_insertion(mesh, cell, how, scratch)
+
+
+@entry
+def measured_star(mesh, vertex, p, scratch):
+    """`measure_star` of the ball of a vertex: number of cells and worst q."""
+    n, _ = ball.gather_ball(mesh, vertex, scratch.ball, scratch)
+    star.load_star(mesh, scratch.ball, n, scratch)
+    return n, star.measure_star(mesh, n, p, scratch)
 
 
 @entry

@@ -12,7 +12,14 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from meshopt_cli.errors import ConfigError
-from meshopt_cli.kernels.measures import angle_range, angle_sums
+from meshopt_cli.kernels.measures import (
+    ANGLE_Q,
+    PERCENT,
+    WITH_ANGLES,
+    angle_range,
+    angle_sums,
+    measure_cells,
+)
 from meshopt_cli.quality import MEASURES, as_degradation, cell_quality, measure_named
 
 REGULAR = {
@@ -182,6 +189,27 @@ def test_angles(dimension, data):
     regular = math.pi / 3 if dimension == 2 else math.acos(1 / 3)
     assert 0 < least <= regular * (1 + 1e-12)
     assert regular * (1 - 1e-12) <= greatest < math.pi
+
+
+@pytest.mark.parametrize("times", [1.25, 1.6, 2.0])
+@patches.examples(50)
+@given(corners=simplices(3, least=1e-6))
+def test_a_lenient_measure(times, corners):
+    """A Q that is good enough leaves the angles to decide; a worse one is worse than they are."""
+
+    def by(code):
+        q = np.empty(1)
+        measure_cells(code, corners, np.arange(4)[None], q)
+        return float(q[0])
+
+    q, strict, lenient = by(0), by(PERCENT * WITH_ANGLES), by(int(times * PERCENT) * WITH_ANGLES)
+    enough = 1.0 / (times * ANGLE_Q)
+    assert 0.0 < strict <= q
+    if q >= enough:
+        # Where the angles decided before, they still do.
+        assert lenient == strict if strict < q else lenient >= q
+    else:
+        assert 0.0 <= lenient <= (q / enough) ** 8 / ANGLE_Q
 
 
 @pytest.mark.parametrize(

@@ -2,26 +2,35 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from patches import sample
 
+from meshopt_cli.kernels.measures import ANGLE_Q, angle_range
+from meshopt_cli.kernels.types import CLOCK
 from meshopt_cli.passes import Silent
 from meshopt_cli.passes.check import Check
+from meshopt_cli.passes.mend import Mend
 from meshopt_cli.passes.smooth import Smooth
+from meshopt_cli.passes.split import Split
 from meshopt_cli.passes.swap import Swap
 from meshopt_cli.pipeline import (
     GAIN_BELOW,
+    NEAR_TARGET,
     NO_CHANGE,
     NOTHING_TO_GAIN,
     ROUNDS_DONE,
     TARGET_REACHED,
     TIME_IS_UP,
     Chain,
+    Outcome,
     Pipeline,
     Repeat,
     Sequence,
     Stop,
+    WithAngles,
 )
 from meshopt_cli.workspace import Workspace
 
@@ -106,6 +115,62 @@ def test_late_rounds_visit_what_changed_only(work):
     while step.run(work, Silent()).applied:
         pass
     assert step.run(work, Silent()).visited == 0
+
+
+@pytest.mark.parametrize("name", ["raw_ball.mesh", "quadtree.vtk"])
+def test_a_swap_is_tried_again_where_something_changed_only(name):
+    """At the edges and faces between vertices of the ball of one that moved, and no others."""
+    work = Workspace(sample(name), 0)
+    step = Swap()
+    while step.run(work, Silent()).applied:
+        pass
+    mesh = work.mesh
+    work.next_sweep()
+    vertex = int(np.flatnonzero(~mesh.fixed & (mesh.vertex_cell >= 0))[0])
+    living = work.living()
+    ball = living[(mesh.cells[living] == vertex).any(axis=1)]
+    mesh.vertex_clock[mesh.cells[ball]] = mesh.state[CLOCK]
+    touched = np.isin(mesh.cells[living], mesh.cells[ball]).sum(axis=1)
+    corners = mesh.cells.shape[1]
+    # Edges and, in space, faces of a cell that have so many of its vertices.
+    places = np.array([[0, 0, 1, 3], [0, 0, 1, 4, 10]][corners - 3])
+    tally = step.run(work, Silent())
+    assert tally.applied == 0
+    assert 0 < tally.visited <= places[touched].sum()
+    assert step.run(work, Silent()).visited == 0
+
+
+def test_a_split_without_promise_is_for_the_urgent_only():
+    work = Workspace(sample("raw_ball.mesh"), 0)
+    urgent = np.count_nonzero(work.mesh.quality[work.living()] <= 1.5 * work.standing().worst)
+    step = Split(below=1.5, promise=1e9)
+    assert 0 < step.run(work.copy(), Silent()).applied <= urgent
+    step.forget()
+    assert replace(step, promise=0.0).run(work.copy(), Silent()).applied > urgent
+
+
+def test_angles_come_first_where_the_worst_is_good_enough():
+    """A lenient stage raises the least angle and leaves the worst Q within its limit."""
+    work = Workspace(sample("raw_ball.mesh"), 0, target=2.5)
+    good = Repeat(Sequence((Smooth(), Swap(), Split())), Stop(rounds=8, gain=1e-3))
+    work = run(work, good).work
+    mend = Mend(below=ANGLE_Q, max_vertices=2.0)
+    rounds = Repeat(Sequence((mend, Smooth(below=1.6))), Stop(rounds=6, gain=1e-3))
+    outcome = Outcome(work.copy(), Silent())
+    WithAngles(rounds, lenient=True).run(outcome)
+    assert least_angle(outcome.work) > least_angle(work)
+    assert outcome.work.standing().worst >= min(work.standing().worst, 1 / (NEAR_TARGET * 2.5))
+    assert outcome.work.measure == outcome.work.mesh.measure == 0
+    assert outcome.work.target == 2.5
+
+
+def test_no_angle_counts_where_the_worst_is_bad(work):
+    bad = Workspace(sample("raw_ball.mesh"), 0)
+    assert not run(bad, WithAngles(Sequence((Smooth(),)), lenient=True)).lines
+
+
+def least_angle(work):
+    return angle_range(work.mesh.points, work.mesh.cells[work.living()])[0]
 
 
 def test_an_interrupt_leaves_the_mesh_whole(work):

@@ -24,8 +24,16 @@ from .types import APPLIED, FULL, INVALID, N_POINTS, NOT_BETTER, NOT_LEGAL, TOO_
 
 MAX_CAVITY = 40  # cells
 PATIENCE = 10  # cells that may join without gain
-PROMISING = 0.85  # part of the q of a cell that its first cavity must have
 N_REFINEMENTS = 2  # rounds of growing the cavity and moving the vertex
+
+
+class Splitting(NamedTuple):
+    """Which insertions are wanted."""
+
+    max_points: int  # rows of the vertex arrays that may be used
+    gain: float  # least gain of the worst q of a cavity, as a part of it
+    urgent: float  # where a cavity is no worse than this q, its mean Q must fall, too
+    promise: float  # and the first cavity of a cell must have this part of its q to be refined
 
 
 class Insertion(NamedTuple):
@@ -186,7 +194,7 @@ def lowers_mean(mesh, n_cells, n_facets, p, scratch):
 
 
 @kernel
-def refine_insertion(mesh, cell, start, gain, urgent, scratch):
+def refine_insertion(mesh, cell, start, how, scratch):
     """Let the cavity grow and the new vertex move in turn, from one starting point."""
     p = rounded(mesh, start)
     n_cells, n_facets, worst, before = grow_cavity(mesh, cell, p, scratch)
@@ -199,8 +207,8 @@ def refine_insertion(mesh, cell, start, gain, urgent, scratch):
             break
     if worst <= 0.0:
         return Insertion(INVALID, n_cells, n_facets, p, worst)
-    if worst <= before + gain * abs(before) or (
-        before > urgent and not lowers_mean(mesh, n_cells, n_facets, p, scratch)
+    if worst <= before + how.gain * abs(before) or (
+        before > how.urgent and not lowers_mean(mesh, n_cells, n_facets, p, scratch)
     ):
         return Insertion(NOT_BETTER, n_cells, n_facets, p, worst)
     if not is_legal_cavity(mesh, n_cells, n_facets, scratch):
@@ -226,7 +234,7 @@ def starting_point(mesh, cell, which):
 
 
 @kernel
-def simulate_insertion(mesh, cell, gain, urgent, scratch):
+def simulate_insertion(mesh, cell, how, scratch):
     """Simulate the insertion of a vertex that mends a cell.
 
     The starting points are compared by their first cavities; the two best are refined, and
@@ -247,12 +255,13 @@ def simulate_insertion(mesh, cell, gain, urgent, scratch):
         elif worst > second_worst:
             second = which
             second_worst = worst
-    if first_worst < PROMISING * mesh.quality[cell] and mesh.quality[cell] > urgent:
+    q = mesh.quality[cell]
+    if q > how.urgent and first_worst < how.promise * q:
         return Insertion(NOT_BETTER, 0, 0, centre(mesh, cell), first_worst)
-    plan = refine_insertion(mesh, cell, starting_point(mesh, cell, first), gain, urgent, scratch)
+    plan = refine_insertion(mesh, cell, starting_point(mesh, cell, first), how, scratch)
     if plan.verdict == APPLIED or second < 0:
         return plan
-    return refine_insertion(mesh, cell, starting_point(mesh, cell, second), gain, urgent, scratch)
+    return refine_insertion(mesh, cell, starting_point(mesh, cell, second), how, scratch)
 
 
 @kernel
@@ -278,25 +287,20 @@ def apply_insertion(mesh, plan, scratch):
 
 
 @entry
-def sweep_split(mesh, order, max_points, gain, urgent, scratch, counts):
+def sweep_split(mesh, order, how, scratch, counts):
     """Try to mend each cell in turn by a new vertex; see `shell_swap.sweep_swap`.
 
     Parameters
     ----------
-    max_points : int
-        Rows of the point arrays that may be used.
-    gain : float
-        Least gain of the worst q of a cavity, as a part of it.
-    urgent : float
-        Where a cavity is no worse than this q, its mean Q must fall, too.
+    how : Splitting
     """
     for i in range(order.shape[0]):
         cell = order[i]
         if not mesh.alive[cell]:
             continue
-        if mesh.state[N_POINTS] >= max_points:
+        if mesh.state[N_POINTS] >= how.max_points:
             break
-        plan = simulate_insertion(mesh, cell, gain, urgent, scratch)
+        plan = simulate_insertion(mesh, cell, how, scratch)
         counts[plan.verdict] += 1
         if plan.verdict == APPLIED:
             apply_insertion(mesh, plan, scratch)

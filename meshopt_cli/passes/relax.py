@@ -86,8 +86,9 @@ class Relax(Operator):
         cells = work.mesh.cells[work.living()]
         degree = adjacency.degrees(cells, len(work.mesh.points)).astype(np.float64)
         target = target_degrees(work)
-        how = Swap(self.rule, self.floor, False)
-        rows, quality = work.changed_cells(self.since(work, "shells"), self.limit)
+        since = self.since(work, "shells")
+        how = Swap(self.rule, self.floor, False, since)
+        rows, quality = work.changed_cells(since, self.limit)
         order = self.ordered(work, rows, quality)
 
         def kernel(chunk):

@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import adjacency
 from ..kernels.constrained import sweep_constrained
-from ..kernels.split import sweep_split
+from ..kernels.split import Splitting, sweep_split
 from ..workspace import Workspace
 from .base import Observer, Operator, Tally, option, urgency, urgent_q
 
@@ -29,6 +29,10 @@ class Split(Operator):
         0.1, "least gain of the worst quality of a cavity, as a part of it", least=0.0
     )
     urgent: float = urgency()
+    promise: float = option(
+        0.0, "away from those urgent cells, move the new vertex only where the first cavity is at "
+        "least so many times as good as the cell", least=0.0,
+    )  # fmt: skip
     constrained: float = option(
         0.0, "also split cells, and internal edges and faces, that have all their vertices on the "
         "boundary, as long as this part of the quality is left; 0: do not",
@@ -43,10 +47,10 @@ class Split(Operator):
             return
         room = work.make_room(self.max_vertices, len(cells))
         order = self.ordered(work, cells, quality)
-        urgent = urgent_q(work, self.urgent)
+        how = Splitting(room, self.least_gain, urgent_q(work, self.urgent), self.promise)
 
         def kernel(chunk):
-            sweep_split(work.mesh, chunk, room, self.least_gain, urgent, work.scratch, tally.counts)
+            sweep_split(work.mesh, chunk, how, work.scratch, tally.counts)
 
         self.visit(work, order, kernel, tally, observer)
 
