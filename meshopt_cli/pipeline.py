@@ -227,8 +227,12 @@ class Guard:
     def __init__(self, outcome: Outcome, passes: Iterable[Pass]) -> None:
         self._outcome = outcome
         self._passes = tuple(passes)
-        self._kept = outcome.work.copy()
         self.best = outcome.work.standing()
+        self._keep()
+
+    def _keep(self) -> None:
+        self._kept = self._outcome.work.copy()
+        self._memories = [step.memory() for step in self._passes]
 
     def note(self) -> Standing:
         """Keep the present state unless it is worse than the best; returns how good it is."""
@@ -236,15 +240,15 @@ class Guard:
         if not self.best.is_better_than(now):
             self.best = now
             del self._kept  # never both of them at once
-            self._kept = self._outcome.work.copy()
+            self._keep()
         return now
 
     def restore(self) -> None:
         """Go back to the best state if the present one is worse."""
         if self.best.is_better_than(self._outcome.work.standing()):
             self._outcome.work = self._kept
-            for step in self._passes:
-                step.forget()
+            for step, memory in zip(self._passes, self._memories, strict=True):
+                step.recall(memory)
 
 
 def gain(before: Standing, after: Standing) -> float:

@@ -79,7 +79,9 @@ def _rounds(
     def steps(change: Pass) -> Sequence:
         return Sequence((swap, smooth, change, lift))
 
-    return Repeat(steps(Collapse()), stop), Repeat(steps(split), stop)
+    # What the first rounds gain little by little, the others gain as well.
+    sooner = replace(stop, gain=2.0 * stop.gain)
+    return Repeat(steps(Collapse()), sooner), Repeat(steps(split), stop)
 
 
 def _polish(stop: Stop, worst: float) -> Repeat:

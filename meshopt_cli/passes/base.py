@@ -138,7 +138,15 @@ class Pass:
 
     def forget(self) -> None:
         """Visit everything again at the next run: the mesh is another one now."""
-        self._since.clear()
+        self._since = {}
+
+    def memory(self) -> Any:
+        """What it knows of the mesh, to be given to `recall` with the mesh as it is now."""
+        return dict(self._since)
+
+    def recall(self, memory: Any) -> None:
+        """Go back to what was known."""
+        self._since = dict(memory)
 
     def run(self, work: Workspace, observer: Observer) -> Tally:
         """Apply the pass to the mesh once."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -49,6 +49,13 @@ class Remedial(Pass):
     def forget(self) -> None:
         super().forget()
         self._seen = np.empty(0, dtype=np.int64)
+
+    def memory(self) -> Any:
+        return super().memory(), self._seen
+
+    def recall(self, memory: Any) -> None:
+        since, self._seen = memory
+        super().recall(since)
 
     def validate(self) -> None:
         super().validate()
