@@ -60,8 +60,10 @@ MEASURES: dict[str, Measure] = {
 
 DEFAULT_MEASURE = "aspect-ratio"
 
-# Shapes of boundary faces that are searched for the angles they force.
+# Shapes of boundary faces that are searched for the angles they force, among so many times as
+# many of the thinnest faces.
 N_SHAPES = 20
+FACES_PER_SHAPE = 50
 
 # Upper ends of the ranks of Table 18.3; the last one has none.
 RANKS = (1.0, 2.0, 3.0, 10.0, math.inf)
@@ -144,13 +146,16 @@ def target(simplices: Simplices, measure: Measure, most: int | None = None) -> f
     Parameters
     ----------
     most : int, optional
-        Search for no more shapes of faces than this: what they force holds, and others may force
-        more.
+        Search for no more shapes of faces than this, among the thinnest: what they force holds,
+        and others may force more.
     """
     if simplices.dimension == 2:
         return 1.0
     # Seen from inside, so that an apex on the side of the cell is above.
     faces = simplices.skin
+    if most is not None and len(faces) > FACES_PER_SHAPE * most:
+        n = FACES_PER_SHAPE * most
+        faces = faces[np.argpartition(_thinness(simplices.points[faces]), n)[:n]]
     bound = np.empty(len(faces))
     estimate_targets(measure.code, simplices.points, faces, bound)
     worst = math.inf
@@ -170,8 +175,8 @@ def target(simplices: Simplices, measure: Measure, most: int | None = None) -> f
 def forced_angles(simplices: Simplices) -> tuple[float, float]:
     """The least dihedral angle that the boundary lets be exceeded nowhere, and the greatest.
 
-    They follow from the worst boundary faces, as `target` does, and from the sharpest edge of the
-    boundary or of an interface, which no tetrahedron there can have a greater angle at.
+    They follow from the worst boundary faces, as `target` does, and from the sharpest edges of
+    the boundary and of interfaces.
 
     Returns
     -------
@@ -184,29 +189,42 @@ def forced_angles(simplices: Simplices) -> tuple[float, float]:
     regular = math.degrees(codes.REGULAR_ANGLE_3)
     least = regular / target(simplices, MEASURES["angle-min"], N_SHAPES)
     greatest = 180.0 - (180.0 - regular) / target(simplices, MEASURES["angle-max"], N_SHAPES)
-    return min(least, _sharpest_edge(simplices)), greatest
+    return min(least, _forced_by_edges(simplices)), greatest
 
 
-def _sharpest_edge(simplices: Simplices) -> float:
-    """Least angle in degrees between two facets of the skin that one region has at an edge."""
-    n_points = len(simplices.points)
-    on_skin = adjacency.row_keys(adjacency.edges_of_triangles(simplices.skin), n_points)
-    near = adjacency.is_used(simplices.skin, n_points)[simplices.cells]
-    near = np.count_nonzero(near, axis=1) >= 2
-    ends, opposite = adjacency.edges_with_opposite(simplices.cells[near])
-    region = np.repeat(simplices.region[near], 6)
-    keys = adjacency.row_keys(ends, n_points)
-    here = np.isin(keys, on_skin)
-    a, b = (simplices.points[ends[here, k]] for k in (0, 1))
-    along = (b - a) / np.linalg.norm(b - a, axis=1, keepdims=True)
-    sides = []
-    for k in (0, 1):
-        side = simplices.points[opposite[here, k]] - a
-        sides.append(side - np.einsum("ij,ij->i", side, along)[:, None] * along)
-    sine = np.linalg.norm(np.cross(*sides), axis=1)
-    angles = np.degrees(np.arctan2(sine, np.einsum("ij,ij->i", *sides)))
-    _, group = np.unique(np.stack([keys[here], region[here]]), axis=1, return_inverse=True)
-    return float(np.bincount(group.ravel(), weights=angles).min())
+def _forced_by_edges(simplices: Simplices) -> float:
+    """Least angle in degrees that the edges where two facets of a region meet let be exceeded.
+
+    An edge has one tetrahedron, the one that both facets span, or several, of which one has at
+    most half the angle between the facets.
+    """
+    points, skin = simplices.points, simplices.skin
+    region = simplices.region[np.nonzero(simplices.neighbours < 0)[0]]
+    ends = adjacency.edges_of_triangles(skin)
+    keys = adjacency.row_keys(ends, len(points))
+    _, edge, n_facets = adjacency.distinct_rows(np.stack([keys, np.repeat(region, 3)], axis=1))
+    pairs = np.argsort(edge, kind="stable")
+    pairs = pairs[n_facets[edge[pairs]] == 2].reshape(-1, 2)
+    # Vertices of the tetrahedron that the facets span, seen from inside one of them.
+    tets = np.column_stack([ends[pairs[:, 0]], np.roll(skin, 1, axis=1).ravel()[pairs]])
+    a, b, c, d = (points[tets[:, k]] for k in range(4))
+    is_convex = np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) > 0.0
+    if not is_convex.any():
+        return 180.0
+    tets, along = tets[is_convex], (b - a)[is_convex]
+    one, other = (np.cross(along, (x - a)[is_convex]) for x in (c, d))
+    sine = np.linalg.norm(np.cross(one, other), axis=1)
+    between = np.degrees(np.arctan2(sine, np.einsum("ij,ij->i", one, other)))
+    alone = cell_quality(points, tets, MEASURES["angle-min"]) * math.degrees(codes.REGULAR_ANGLE_3)
+    return float(np.maximum(alone, 0.5 * between).min())
+
+
+def _thinness(triangles: Array) -> Array:
+    """Area over the square of the longest side, (n,); triangles are (n, 3, 3)."""
+    sides = triangles - np.roll(triangles, 1, axis=1)
+    square = np.einsum("ijk,ijk->ij", sides, sides).max(axis=1)
+    area = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    return np.divide(area, square, out=np.zeros(len(area)), where=square > 0.0)
 
 
 def _shapes(triangles: Array) -> Array:

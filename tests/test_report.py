@@ -469,6 +469,14 @@ def test_a_sharp_edge_forces_its_angle(opening):
     assert least == pytest.approx(opening, abs=1e-9)
 
 
+def test_an_edge_has_one_tet_or_half_its_angle():
+    """At a right angle of a flat box the tet between both facets has a sharper angle than 45."""
+    box = tet_grid(4)
+    box.points *= [1, 1, 0.6]
+    least, _ = forced_angles(cast(box))
+    assert least == pytest.approx(45.0, abs=1e-9)
+
+
 @pytest.mark.parametrize("name", ["raw_ball.mesh", "two_regions.msh", "grid.vtk"])
 def test_no_mesh_is_better_than_its_boundary_forces(name):
     source = patches.sample(name)
