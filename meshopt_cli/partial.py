@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from . import adjacency
 from .errors import UnsupportedMeshError
 from .mesh import DIMENSION, Array, Block, Mesh, Simplices, cast, dimension_of, main_type
 from .plane import flatness, plane_of, with_depth
@@ -50,12 +51,12 @@ def measurable(mesh: Mesh) -> Part:
     if mesh.dimension() == 2:
         cells = np.concatenate([b.cells for b in mesh.blocks if b.type == "triangle"])
         points = with_depth(mesh.points)
-        tolerance = flatness(points[np.unique(cells)], mesh.points.dtype)
+        tolerance = flatness(points[adjacency.distinct(cells)], mesh.points.dtype)
         if plane_of(points, cells, tolerance) is None:
             notes.append("each triangle of the surface is measured in its own plane")
-            mesh, n_points = _side_by_side(points[cells]), len(np.unique(cells))
+            mesh, n_points = _side_by_side(points[cells]), len(adjacency.distinct(cells))
     simplices = cast(mesh)
-    return Part(simplices, n_points or len(np.unique(simplices.cells)), tuple(notes))
+    return Part(simplices, n_points or len(adjacency.distinct(simplices.cells)), tuple(notes))
 
 
 def _simplices_only(mesh: Mesh) -> tuple[Mesh, list[str]]:

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from . import adjacency
+
 Array = np.ndarray
 
 # A mesh is planar when no vertex is farther from its plane than this part of its extent.
@@ -69,7 +71,7 @@ def plane_of(points: Array, triangles: Array, tolerance: float) -> Frame | None:
     """
     corners = points[triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    used = points[np.unique(triangles)]
+    used = points[adjacency.distinct(triangles)]
     extent = float(np.max(np.ptp(used, axis=0)))
     # Triangles may turn either way: line the normals up before adding them.
     largest = normals[np.argmax(np.einsum("ij,ij->i", normals, normals))]

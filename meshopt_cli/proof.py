@@ -40,7 +40,7 @@ def prove(
     skin = adjacency.canonical(before.skin, n_points)
     if not np.array_equal(skin, adjacency.canonical(origin[after.skin], n_points)):
         raise InvariantError("the facets of the boundary or of an interface changed")
-    skin = np.unique(before.skin)
+    skin = adjacency.distinct(before.skin)
     number = np.full(len(before.points), -1)
     number[origin[origin >= 0]] = np.flatnonzero(origin >= 0)
     if not np.array_equal(points_before[skin], points_after[number[skin]]):
@@ -86,7 +86,7 @@ def prove_slide(
         a patch.
     """
     here = np.flatnonzero(origin >= 0)
-    skin = np.unique(before.skin)
+    skin = adjacency.distinct(before.skin)
     corners = skin[slide.guide[skin, 0] == FIXED]
     if not np.isin(corners, origin[here]).all():
         raise InvariantError("a vertex of the boundary vanished that may not move")

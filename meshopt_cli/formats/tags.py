@@ -12,6 +12,7 @@ from urllib.parse import quote
 
 import numpy as np
 
+from ..adjacency import distinct
 from ..mesh import (
     REQUIRED,
     SIMPLICES,
@@ -125,7 +126,7 @@ def for_medit(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
         elif len(block.cells):
             refs = np.zeros(len(mesh.points), np.int64) if refs is None else refs.copy()
             refs[block.cells[:, 0]] = 0 if values is None else values
-            if len(np.unique(block.cells)) < len(mesh.points):  # of all, it would say nothing
+            if len(distinct(block.cells)) < len(mesh.points):  # of all, it would say nothing
                 flags = np.array(point_data.get(REQUIRED, np.zeros(len(mesh.points))), np.uint8)
                 flags[block.cells[:, 0]] = 1
                 point_data[REQUIRED] = flags
