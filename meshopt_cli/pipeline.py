@@ -11,7 +11,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from .kernels.measures import ANGLE_Q, PERCENT, WITH_ANGLES
+from .kernels.angles import ANGLE_Q
+from .kernels.measures import PERCENT, WITH_ANGLES
 from .passes import Observer, Pass, Silent, Tally
 from .passes.check import Check
 from .workspace import Standing, Workspace

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from .errors import ConfigError
-from .kernels.measures import ANGLE_Q
+from .kernels.angles import ANGLE_Q
 from .passes import PASSES, Pass
 from .passes.check import Check
 from .passes.collapse import Collapse
@@ -78,12 +78,10 @@ def _rounds(
 
     New vertices come last, so that there are few of them.
     """
-
     # Shared: what the rounds without new vertices left as it was needs no second visit.
     swap = Swap(below=swap_below, pick="best")
     smooth = Smooth(below=smooth_below, sweeps=2, order="index")
     lift = Smooth(method="optimize", below=swap_below, sweeps=1)
-
     # Most of what is bad beside the boundary stays so: little time is spent on it.
     split = Split(below=split_below, promise=0.85)
 
@@ -122,19 +120,12 @@ def _standard(stop: Stop, dimension: int) -> tuple[Stage, ...]:
 
 def _usual(stop: Stop, dimension: int) -> tuple[Stage, ...]:
     """Rounds without new vertices, then with some and a better mean, for what that allows again."""
-    again = replace(_AGAIN, target_quality=stop.target_quality)
-    turn = _turn(stop, dimension)
-    if dimension == 2:
-        return (Repeat(Chain(turn), again),)
-    settle, fewer, *others = turn
-    return settle, fewer, Repeat(Chain(tuple(others)), again)
-
-
-def _turn(stop: Stop, dimension: int) -> tuple[Stage, ...]:
-    """Relocation, rounds without new vertices, rounds with some, and a better mean."""
     fewer, more = _rounds(stop, _SWAP[dimension], _SMOOTH[dimension], _SPLIT[dimension])
-    loosen = (_loosen(),) if dimension == 2 else ()
-    return _settle(), *loosen, fewer, more, _polish(stop, _POLISH[dimension])
+    polish = _polish(stop, _POLISH[dimension])
+    again = replace(_AGAIN, target_quality=stop.target_quality)
+    if dimension == 2:
+        return (Repeat(Chain((_settle(), _loosen(), fewer, more, polish)), again),)
+    return (_settle(), fewer, Repeat(Chain((more, polish)), again))
 
 
 def _best(stop: Stop, dimension: int) -> tuple[Stage, ...]:

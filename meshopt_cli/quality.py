@@ -10,6 +10,7 @@ import numpy as np
 from . import adjacency
 from .errors import ConfigError
 from .kernels import measures as codes
+from .kernels.angles import REGULAR_ANGLE_3, angle_range
 from .kernels.target import best_over_face, estimate_targets
 from .mesh import Simplices
 
@@ -186,7 +187,7 @@ def forced_angles(simplices: Simplices) -> tuple[float, float]:
     """
     if simplices.dimension == 2:
         return 60.0, 60.0
-    regular = math.degrees(codes.REGULAR_ANGLE_3)
+    regular = math.degrees(REGULAR_ANGLE_3)
     least = regular / target(simplices, MEASURES["angle-min"], N_SHAPES)
     greatest = 180.0 - (180.0 - regular) / target(simplices, MEASURES["angle-max"], N_SHAPES)
     return min(least, _forced_by_edges(simplices)), greatest
@@ -215,7 +216,7 @@ def _forced_by_edges(simplices: Simplices) -> float:
     one, other = (np.cross(along, (x - a)[is_convex]) for x in (c, d))
     sine = np.linalg.norm(np.cross(one, other), axis=1)
     between = np.degrees(np.arctan2(sine, np.einsum("ij,ij->i", one, other)))
-    alone = cell_quality(points, tets, MEASURES["angle-min"]) * math.degrees(codes.REGULAR_ANGLE_3)
+    alone = cell_quality(points, tets, MEASURES["angle-min"]) * math.degrees(REGULAR_ANGLE_3)
     return float(np.maximum(alone, 0.5 * between).min())
 
 
@@ -252,7 +253,7 @@ def summarize(
     q = cell_quality(simplices.points, simplices.cells, measure)
     degradation = as_degradation(q)
     valid = degradation[np.isfinite(degradation)]
-    least, greatest = codes.angle_range(simplices.points, simplices.cells)
+    least, greatest = angle_range(simplices.points, simplices.cells)
     return Summary(
         measure=measure.name,
         dimension=simplices.dimension,

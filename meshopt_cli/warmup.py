@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .kernels import _cache, measures, relocate
+from .kernels import _cache, angles, measures, relocate
 from .kernels.audit import audit
 from .kernels.classify import TetType
 from .kernels.collapse import Collapse, sweep_collapse
@@ -96,8 +96,8 @@ def compile_basic(work: Workspace) -> None:
     faces = mesh.cells[:1, :3]
     estimate_targets(mesh.measure, mesh.points, np.ascontiguousarray(faces), np.empty(1))
     best_over_face(mesh.measure, mesh.points, 0, 1, 2)
-    measures.angle_range(mesh.points, mesh.cells[:1])
-    measures.angle_sums(mesh.points, mesh.cells[:1], np.zeros(4))
+    angles.angle_range(mesh.points, mesh.cells[:1])
+    angles.angle_sums(mesh.points, mesh.cells[:1], np.zeros(4))
     find(work.result()[0], np.zeros((1, 3)), np.zeros(1, np.int64))
 
 

@@ -12,12 +12,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from meshopt_cli.errors import ConfigError
+from meshopt_cli.kernels.angles import ANGLE_Q, angle_range, angle_sums
 from meshopt_cli.kernels.measures import (
-    ANGLE_Q,
     PERCENT,
     WITH_ANGLES,
-    angle_range,
-    angle_sums,
     measure_cells,
 )
 from meshopt_cli.quality import MEASURES, as_degradation, cell_quality, measure_named

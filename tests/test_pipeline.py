@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from patches import sample
 
-from meshopt_cli.kernels.measures import ANGLE_Q, angle_range
+from meshopt_cli.kernels.angles import ANGLE_Q, angle_range
 from meshopt_cli.kernels.types import CLOCK
 from meshopt_cli.passes import Silent
 from meshopt_cli.passes.check import Check

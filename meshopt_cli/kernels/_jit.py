@@ -97,7 +97,7 @@ class Image(JITCodeLibrary):
     """The code of an entry and of all that it calls, optimized, to become an object file."""
 
     def _optimize_final_module(self) -> None:
-        """Make all but the wrapper private before: arguments that nobody uses are dropped.
+        """Make all but the wrapper private first: arguments that nobody uses are dropped.
 
         A mesh and its working space are two hundred words, which calls would copy to the stack.
         """

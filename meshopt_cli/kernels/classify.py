@@ -11,8 +11,8 @@ import math
 from enum import IntEnum
 
 from ._kernel import kernel
+from .angles import tet_normals
 from .geometry import at, dot, norm, square_distance
-from .measures import tet_normals
 from .tables import TET_EDGES
 
 SHORT = 0.3  # an edge shorter than this part of the longest is short

@@ -9,8 +9,8 @@ import numpy as np
 
 from .. import adjacency
 from ..kernels import relocate
+from ..kernels.angles import angle_sums
 from ..kernels.collapse import Collapse, sweep_collapse
-from ..kernels.measures import angle_sums
 from ..kernels.relax import sweep_relax
 from ..kernels.shell_swap import Swap
 from ..workspace import Workspace
