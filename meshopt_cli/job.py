@@ -20,7 +20,7 @@ from .mesh import (
     with_simplices,
 )
 from .passes import Observer
-from .pipeline import Outcome, Pipeline
+from .pipeline import Line, Pipeline
 from .proof import prove, prove_slide, prove_volumes
 from .quality import MEASURES, Measure, Summary, forced_angles, summarize
 from .sliding import find, redeclared
@@ -57,7 +57,8 @@ class Result:
     measure: Measure
     before: Summary
     after: Summary
-    outcome: Outcome
+    lines: list[Line]
+    stopped: str
     seconds: float
 
 
@@ -105,6 +106,8 @@ def optimize(
     if tangle and outcome.work.standing().worst <= 0.0:
         raise InvalidMeshError("it could not be untangled: nothing written", mesh, tangle)
     worked, origin = outcome.work.result()
+    lines, stopped = outcome.lines, outcome.stopped
+    del work, outcome  # a third of the memory
     result = with_simplices(mesh, worked, origin, source)
     if sliding is not None:
         result, patch = redeclared(mesh, result, sliding, worked, origin)
@@ -126,7 +129,7 @@ def optimize(
     if sliding is None:
         prove(source, final, mesh.points, result.points, origin)
     prove_volumes(source, final, slide or 0.0)
-    return Result(result, measure, before, after, outcome, time.perf_counter() - start)
+    return Result(result, measure, before, after, lines, stopped, time.perf_counter() - start)
 
 
 def require_range(mesh: Mesh) -> None:

@@ -62,7 +62,7 @@ def test_case(path, samples, tmp_path):
     assert all(keeps(after, bounds).values()), after
     change = 100.0 * (after.n_points - before.n_points) / before.n_points
     assert -bounds.get("removed", 100.0) <= change <= bounds.get("added", np.inf)
-    assert bounds.get("stopped", result.outcome.stopped) == result.outcome.stopped
+    assert bounds.get("stopped", result.stopped) == result.stopped
 
     # What is said of the mesh is so of the mesh, and it can be used.
     optimized = cast(result.mesh)

@@ -43,7 +43,7 @@ def report_of(
             1.0 / line.standing.worst if line.standing.worst > 0 else float("inf"),
             line.standing.mean,
         )
-        for line in result.outcome.lines
+        for line in result.lines
     )
     return Report(
         __version__,
@@ -52,7 +52,7 @@ def report_of(
         output,
         result.after,
         passes,
-        result.outcome.stopped,
+        result.stopped,
         seconds,
         () if written is None else written.lost,
     )
