@@ -155,12 +155,6 @@ def edges_of_triangles(triangles: Array) -> Array:
     return triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
 
 
-def edges_with_opposite(tets: Array) -> tuple[Array, Array]:
-    """The six edges of each tet, (6 n, 2), and the edge opposite each."""
-    pairs = tets[:, TET_EDGES].reshape(-1, 4)
-    return pairs[:, :2], pairs[:, 2:]
-
-
 def edges(cells: Array, n_points: int) -> Array:
     """Every edge once, (n, 2), sorted."""
     ends = cells[:, edge_table(cells)].reshape(-1, 2)

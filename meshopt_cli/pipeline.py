@@ -26,8 +26,8 @@ TIME_IS_UP = "time limit"
 TANGLED = "tangled"
 
 # A run that gains less than this part of the quality hands its input back untouched, so that
-# a mesh once optimized stays as it is.
-LEAST_GAIN = 0.01
+# a mesh once optimized stays as it is: another order of visits may gain as much.
+LEAST_GAIN = 0.02
 DONE = "done"
 
 # Angles may cost some of the worst Q as long as it stays within so many times the target.
@@ -202,22 +202,23 @@ class WithAngles:
         yield from self.body.passes()
 
     def run(self, outcome: Outcome, round: int = 0) -> None:
-        judge, start, before = outcome.work.measure, outcome.work.copy(), outcome.work.standing()
-        least = min(before.worst, 1.0 / max(ANGLE_Q, NEAR_TARGET * start.target))
+        judge, target = outcome.work.measure, outcome.work.target
+        least = min(outcome.work.standing().worst, 1.0 / max(ANGLE_Q, NEAR_TARGET * target))
         percent = PERCENT
         if self.lenient:
             if ANGLE_Q * least * MOST_LENIENT < 1.0:
                 return
             percent = max(PERCENT, int(PERCENT / (ANGLE_Q * MARGIN * least)))
+        start = outcome.work.copy()
         for step in self.passes():
             step.forget()  # what was good enough may not be by this measure
         outcome.work.measure_by(judge + percent * WITH_ANGLES)
-        outcome.work.target = start.target * PERCENT / percent
+        outcome.work.target = target * PERCENT / percent
         try:
             self.body.run(outcome, round)
         finally:
             outcome.work.measure_by(judge)
-            outcome.work.target = start.target
+            outcome.work.target = target
             if outcome.work.standing().worst < least:
                 outcome.work = start
 

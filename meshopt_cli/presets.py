@@ -20,7 +20,7 @@ from .passes.smooth import Smooth
 from .passes.split import Split
 from .passes.swap import Swap
 from .passes.untangle import Untangle
-from .pipeline import LEAST_GAIN, Chain, Repeat, Sequence, Stage, Stop, WithAngles
+from .pipeline import Chain, Repeat, Sequence, Stage, Stop, WithAngles
 
 DEFAULT_PRESET = "standard"
 
@@ -44,7 +44,7 @@ def _audited(*stages: Stage) -> tuple[Stage, ...]:
 _SETTLED = Stop(rounds=15, gain=0.08)
 _POLISHED = Stop(rounds=10, gain=0.03)
 # Rounds with new vertices and a better mean take turns, and once more where that gains this.
-_AGAIN = Stop(rounds=2, gain=LEAST_GAIN)
+_AGAIN = Stop(rounds=2, gain=0.01)
 
 # Worst Q of the places that are worth a visit: a regular triangulation of the plane is all 1, one
 # of space is not, so that in space there is nothing to win at Q = 1.5.

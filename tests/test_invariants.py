@@ -162,7 +162,7 @@ def test_samples(name, preset):
 
 @pytest.mark.parametrize("name", patches.SAMPLE_NAMES)
 def test_a_second_run_changes_almost_nothing(name):
-    """What `standard` made, it leaves: as many cells and points, the worst Q within 2 %."""
+    """What `standard` made, it leaves: as many cells and points, the worst Q within 1 %."""
     _, outcome = optimized_sample(name, "standard")
     once, _ = outcome.work.result()
     _, again = optimized(once, "standard")
@@ -170,7 +170,7 @@ def test_a_second_run_changes_almost_nothing(name):
     assert len(twice.cells) == len(once.cells)
     assert len(twice.points) == len(once.points)
     worst = again.work.standing().worst
-    assert worst == pytest.approx(outcome.work.standing().worst, rel=0.02)
+    assert worst == pytest.approx(outcome.work.standing().worst, rel=0.01)
 
 
 @pytest.mark.parametrize("preset", ["standard", "best"])

@@ -75,21 +75,19 @@ def signed(value, volume):
 @inlined
 def tet_aspect_ratio(a, b, c, d):
     """V / (alpha_3 h_max S), the inverse of (18.7)."""
-    ab = minus(b, a)
-    ac = minus(c, a)
-    ad = minus(d, a)
-    bc = minus(c, b)
-    bd = minus(d, b)
-    cd = minus(d, c)
-    n_abc = cross(ab, ac)
-    n_abd = cross(ab, ad)
-    n_acd = cross(ac, ad)
-    n_bcd = cross(bc, bd)
-    surface = 0.5 * (norm(n_abc) + norm(n_abd) + norm(n_acd) + norm(n_bcd))
+    n0, n1, n2, n3 = tet_normals(a, b, c, d)
+    surface = 0.5 * (norm(n3) + norm(n2) + norm(n1) + norm(n0))
     h_max = math.sqrt(
-        max(dot(ab, ab), dot(ac, ac), dot(ad, ad), dot(bc, bc), dot(bd, bd), dot(cd, cd))
+        max(
+            square_distance(a, b),
+            square_distance(a, c),
+            square_distance(a, d),
+            square_distance(b, c),
+            square_distance(b, d),
+            square_distance(c, d),
+        )
     )
-    return ratio(dot(n_abc, ad) / 6.0, ALPHA_3 * h_max * surface)
+    return ratio(dot(n3, minus(d, a)) / 6.0, ALPHA_3 * h_max * surface)
 
 
 @kernel
