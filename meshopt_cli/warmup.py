@@ -15,23 +15,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .kernels import _cache, angles, measures, relocate
+from .compiled import cache
 from .kernels.audit import audit
-from .kernels.classify import TetType
-from .kernels.collapse import Collapse, sweep_collapse
-from .kernels.constrained import sweep_constrained
-from .kernels.flip import sweep_flip
-from .kernels.mend import Mending, sweep_mend
-from .kernels.relax import sweep_relax
-from .kernels.separate import depths
-from .kernels.shell_swap import Swap, sweep_swap
-from .kernels.split import Splitting, sweep_split
-from .kernels.target import best_over_face, estimate_targets
+from .kernels.operators import relocate
+from .kernels.operators.collapse import Collapse, sweep_collapse
+from .kernels.operators.constrained import sweep_constrained
+from .kernels.operators.flip import sweep_flip
+from .kernels.operators.insert import Splitting, sweep_split
+from .kernels.operators.mend import Mending, sweep_mend
+from .kernels.operators.relax import sweep_relax
+from .kernels.operators.swap import Swap, sweep_swap
+from .kernels.search.separate import depths
+from .kernels.search.target import best_over_face, estimate_targets
+from .kernels.search.unite import unite
+from .kernels.shape import angles, simplex
+from .kernels.shape.classify import TetType
 from .kernels.types import N_VERDICTS
-from .kernels.unite import unite
-from .mesh import Simplices
-from .transfer import find
-from .workspace import Workspace
+from .mesh.model import Simplices
+from .transfer.carry import find
+from .work.workspace import Workspace
 
 NOTHING = np.empty(0, dtype=np.int64)
 
@@ -51,7 +53,7 @@ def one_tet() -> Workspace:
             single=False,
             turned=False,
         ),
-        measures.ASPECT_RATIO,
+        simplex.ASPECT_RATIO,
     )
 
 
@@ -149,7 +151,7 @@ def compile_here(groups: Iterable[str]) -> None:
     work = one_tet()
     for group in groups:
         TASKS[group].compile(work)
-        _cache.note(group)
+        cache.note(group)
 
 
 def compile_groups(groups: Iterable[str]) -> None:
@@ -158,8 +160,8 @@ def compile_groups(groups: Iterable[str]) -> None:
     A process that fails is no harm: what it did not compile is compiled when it is needed.
     """
     n_cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    shares = shares_of(_cache.missing(groups), n_cores or 1)
-    environment = {**os.environ, "MESHOPT_CACHE_DIR": str(_cache.folder().parent)}
+    shares = shares_of(cache.missing(groups), n_cores or 1)
+    environment = {**os.environ, "MESHOPT_CACHE_DIR": str(cache.folder().parent)}
     helpers = [
         subprocess.Popen(
             [sys.executable, "-m", "meshopt_cli.warmup", *share],

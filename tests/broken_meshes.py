@@ -18,7 +18,7 @@ from edits import (
     without,
 )
 
-from meshopt_cli.mesh import Mesh
+from meshopt_cli.mesh.model import Mesh
 
 CORNER = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 SQUARE = [[0, 0], [1, 0], [1, 1], [0, 1]]

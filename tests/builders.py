@@ -4,7 +4,7 @@ from itertools import permutations, product
 
 import numpy as np
 
-from meshopt_cli.mesh import Block, Mesh
+from meshopt_cli.mesh.model import Block, Mesh
 
 
 def mesh(points, **cells):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from meshopt_cli.mesh import Block, Mesh
+from meshopt_cli.mesh.model import Block, Mesh
 
 
 def moved(base, point, to):

@@ -12,24 +12,16 @@ import numpy as np
 from builders import mesh
 from hypothesis import settings
 
-from meshopt_cli import adjacency, formats
-from meshopt_cli.kernels import (
-    ball,
-    classify,
-    collapse,
-    face_removal,
-    flip,
-    mend,
-    relocate,
-    shell_swap,
-    split,
-    star,
-)
-from meshopt_cli.kernels._kernel import entry
+from meshopt_cli import formats
+from meshopt_cli.compiled.decorators import entry
 from meshopt_cli.kernels.audit import WHOLE, audit
-from meshopt_cli.mesh import Block, Mesh, Simplices, cast
-from meshopt_cli.quality import MEASURES
-from meshopt_cli.workspace import Workspace
+from meshopt_cli.kernels.gather import ball, star
+from meshopt_cli.kernels.operators import collapse, face_removal, flip, insert, mend, relocate, swap
+from meshopt_cli.kernels.shape import classify
+from meshopt_cli.mesh import adjacency
+from meshopt_cli.mesh.model import Block, Mesh, Simplices, cast
+from meshopt_cli.quality.summary import MEASURES
+from meshopt_cli.work.workspace import Workspace
 
 ROOT = Path(__file__).parent.parent
 SAMPLE_NAMES = ("raw_ball.mesh", "quadtree.vtk", "two_regions.msh", "plate.vtu", "grid.vtk")
@@ -221,13 +213,13 @@ def do_flip(mesh, plan, scratch):
 @entry
 def plan_face_swap(mesh, handle, rule, floor, scratch):
     """`simulate_face_swap` for Python."""
-    return shell_swap.simulate_face_swap(mesh, handle, rule, floor, scratch)
+    return swap.simulate_face_swap(mesh, handle, rule, floor, scratch)
 
 
 @entry
 def plan_edge_swap(mesh, handle, rule, floor, scratch):
     """`simulate_edge_swap` for Python."""
-    return shell_swap.simulate_edge_swap(mesh, handle, rule, floor, scratch)
+    return swap.simulate_edge_swap(mesh, handle, rule, floor, scratch)
 
 
 @entry
@@ -251,19 +243,19 @@ def type_of(points, cell_vertices):
 @entry
 def best_of_ring(mesh, a, b, n, stop, scratch):
     """`triangulate_ring` for Python."""
-    return shell_swap.triangulate_ring(mesh, a, b, n, stop, scratch)
+    return swap.triangulate_ring(mesh, a, b, n, stop, scratch)
 
 
 @entry
 def do_swap(mesh, plan, scratch):
     """`apply_swap` for Python."""
-    shell_swap.apply_swap(mesh, plan, scratch)
+    swap.apply_swap(mesh, plan, scratch)
 
 
 @entry
 def plan_any_swap(mesh, cell, handle, how, scratch):
     """`simulate_swap` for Python."""
-    return shell_swap.simulate_swap(mesh, cell, handle, how, scratch)
+    return swap.simulate_swap(mesh, cell, handle, how, scratch)
 
 
 @entry
@@ -283,8 +275,8 @@ def do_collapse(mesh, plan, scratch):
 @entry
 def plan_insertion(mesh, cell, urgent, scratch):
     """`simulate_insertion` for Python."""
-    how = split.Splitting(mesh.points.shape[0], 0.0, urgent, 0.0)
-    return split.simulate_insertion(mesh, cell, how, scratch)
+    how = insert.Splitting(mesh.points.shape[0], 0.0, urgent, 0.0)
+    return insert.simulate_insertion(mesh, cell, how, scratch)
 
 
 @entry
@@ -298,7 +290,7 @@ def measured_star(mesh, vertex, p, scratch):
 @entry
 def do_insertion(mesh, plan, scratch):
     """`apply_insertion` for Python."""
-    split.apply_insertion(mesh, plan, scratch)
+    insert.apply_insertion(mesh, plan, scratch)
 
 
 # What must hold -------------------------------------------------------------------------

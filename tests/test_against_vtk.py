@@ -6,7 +6,7 @@ from builders import hex_grid, mesh, quad_grid, tet_grid, tri_grid
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from meshopt_cli.mesh import Mesh
+from meshopt_cli.mesh.model import Mesh
 from meshopt_cli.validity import check
 from meshopt_cli.validity.limits import measured
 

@@ -14,11 +14,11 @@ import patches
 import pytest
 from builders import tet_grid, tri_grid
 
-from meshopt_cli import adjacency
-from meshopt_cli.kernels import accept, measures
-from meshopt_cli.kernels.collapse import Collapse
-from meshopt_cli.kernels.relocate import Relocation
-from meshopt_cli.kernels.shell_swap import Swap
+from meshopt_cli.kernels import accept
+from meshopt_cli.kernels.operators.collapse import Collapse
+from meshopt_cli.kernels.operators.relocate import Relocation
+from meshopt_cli.kernels.operators.swap import Swap
+from meshopt_cli.kernels.shape import simplex
 from meshopt_cli.kernels.tables import TET_EDGES
 from meshopt_cli.kernels.types import (
     APPLIED,
@@ -32,10 +32,11 @@ from meshopt_cli.kernels.types import (
     TOO_LARGE,
     TOO_LONG,
 )
-from meshopt_cli.mesh import cast
+from meshopt_cli.mesh import adjacency
+from meshopt_cli.mesh.model import cast
 from meshopt_cli.passes.smooth import METHODS, WEIGHTS
-from meshopt_cli.quality import MEASURES
-from meshopt_cli.workspace import Workspace
+from meshopt_cli.quality.summary import MEASURES
+from meshopt_cli.work.workspace import Workspace
 
 RULES = {
     "strict": (accept.STRICT, 0.0),
@@ -158,7 +159,7 @@ def measured(work, rows):
     """q of some cells, from their vertices."""
     q = np.empty(len(rows))
     cells = np.ascontiguousarray(work.mesh.cells[list(rows)])
-    measures.measure_cells(work.mesh.measure, work.mesh.points, cells, q)
+    simplex.measure_cells(work.mesh.measure, work.mesh.points, cells, q)
     return q
 
 

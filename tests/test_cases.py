@@ -18,11 +18,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from meshopt_cli import formats, job, validity
-from meshopt_cli.cli.config import Request, plan_for
-from meshopt_cli.mesh import cast
+from meshopt_cli import formats, validity
+from meshopt_cli.jobs import optimize as job
+from meshopt_cli.mesh.model import cast
 from meshopt_cli.passes import PASSES
-from meshopt_cli.quality import cell_quality
+from meshopt_cli.plans.config import Request, plan_for
+from meshopt_cli.quality.summary import cell_quality
 
 CASES = sorted((Path(__file__).parent / "cases").glob("*.toml"))
 KEYS = {"sample", "pipeline", "bounds"}

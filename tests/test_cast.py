@@ -9,10 +9,10 @@ from builders import in_space, mesh, octahedron, quad_grid, tet_grid, tri_grid
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from meshopt_cli import formats, job
-from meshopt_cli.cli.config import Request, plan_for
+from meshopt_cli import formats
 from meshopt_cli.errors import BadMeshError, UnsupportedMeshError
-from meshopt_cli.mesh import (
+from meshopt_cli.jobs import optimize as job
+from meshopt_cli.mesh.model import (
     MAX_LABELS,
     TAG_NAMES,
     Block,
@@ -21,7 +21,8 @@ from meshopt_cli.mesh import (
     regions_of,
     with_simplices,
 )
-from meshopt_cli.workspace import Workspace
+from meshopt_cli.plans.config import Request, plan_for
+from meshopt_cli.work.workspace import Workspace
 
 # Where the two coordinates of a planar mesh go: two of the axes, and a height along the third.
 AXIS_PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2), "yx": (1, 0), "zx": (2, 0)}

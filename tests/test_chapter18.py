@@ -12,15 +12,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from meshopt_cli import adjacency
-from meshopt_cli.kernels import accept, measures, shell_swap
-from meshopt_cli.kernels.geometry import TET_HEIGHT, TRI_HEIGHT
-from meshopt_cli.kernels.relocate import Relocation
-from meshopt_cli.kernels.target import best_over_face, estimate_targets
+from meshopt_cli.kernels import accept
+from meshopt_cli.kernels.operators import swap
+from meshopt_cli.kernels.operators.relocate import Relocation
+from meshopt_cli.kernels.search.target import best_over_face, estimate_targets
+from meshopt_cli.kernels.shape import simplex
 from meshopt_cli.kernels.types import APPLIED
+from meshopt_cli.kernels.vectors import TET_HEIGHT, TRI_HEIGHT
+from meshopt_cli.mesh import adjacency
 from meshopt_cli.passes.relax import target_degrees
 from meshopt_cli.passes.smooth import METHODS, RELAXATION, WEIGHTS
-from meshopt_cli.quality import (
+from meshopt_cli.quality.summary import (
     MEASURES,
     RANKS,
     Summary,
@@ -37,7 +39,7 @@ TET = np.array([[1, 1, 1], [-1, 1, -1], [1, -1, -1], [-1, -1, 1]], dtype=float)
 coordinate = st.floats(-1, 1, width=32)
 
 
-def simplex(dimension):
+def corners_of_cell(dimension):
     """Corners of a cell at random places."""
     corner = st.tuples(*[coordinate] * dimension)
     return st.lists(corner, min_size=dimension + 1, max_size=dimension + 1).map(
@@ -70,7 +72,7 @@ def quality(corners, name):
 
 
 @patches.examples(50)
-@given(simplex(2), simplex(3))
+@given(corners_of_cell(2), corners_of_cell(3))
 def test_both_forms_of_area_and_volume(triangle, tet):
     """(18.1) is (18.2) and (18.3) is (18.4)."""
     bordered = np.column_stack([np.ones(3), triangle[:, :2]])
@@ -89,22 +91,22 @@ def test_the_regular_cells():
 def test_constants_of_the_aspect_ratio():
     """Exercise 18.1: alpha of (18.6), with p the half-perimeter, and of (18.7)."""
     edges = lengths(TRIANGLE)
-    assert size(TRIANGLE) / (edges.max() * edges.sum() / 2) == pytest.approx(measures.ALPHA_2)
-    assert size(TET) / (lengths(TET).max() * surface(TET)) == pytest.approx(measures.ALPHA_3)
-    assert pytest.approx(math.sqrt(3) / 6) == measures.ALPHA_2
-    assert pytest.approx(math.sqrt(6) / 36) == measures.ALPHA_3
+    assert size(TRIANGLE) / (edges.max() * edges.sum() / 2) == pytest.approx(simplex.ALPHA_2)
+    assert size(TET) / (lengths(TET).max() * surface(TET)) == pytest.approx(simplex.ALPHA_3)
+    assert pytest.approx(math.sqrt(3) / 6) == simplex.ALPHA_2
+    assert pytest.approx(math.sqrt(6) / 36) == simplex.ALPHA_3
 
 
 def test_constants_of_the_edge_lengths():
     """Exercise 18.2: beta of (18.8) and (18.9)."""
-    assert size(TRIANGLE) / (lengths(TRIANGLE) ** 2).sum() == pytest.approx(measures.BETA_2)
-    assert size(TET) / (lengths(TET) ** 2).sum() ** 1.5 == pytest.approx(measures.BETA_3)
-    assert pytest.approx(math.sqrt(3) / 12) == measures.BETA_2
-    assert pytest.approx(math.sqrt(3) / 216) == measures.BETA_3
+    assert size(TRIANGLE) / (lengths(TRIANGLE) ** 2).sum() == pytest.approx(simplex.BETA_2)
+    assert size(TET) / (lengths(TET) ** 2).sum() ** 1.5 == pytest.approx(simplex.BETA_3)
+    assert pytest.approx(math.sqrt(3) / 12) == simplex.BETA_2
+    assert pytest.approx(math.sqrt(3) / 216) == simplex.BETA_3
 
 
 @patches.examples(50)
-@given(simplex(2))
+@given(corners_of_cell(2))
 def test_aspect_ratio_of_triangles(corners):
     """(18.5) with the inradius and sqrt(3)/6 is (18.6)."""
     edges = lengths(corners)
@@ -118,7 +120,7 @@ def test_aspect_ratio_of_triangles(corners):
 
 
 @patches.examples(50)
-@given(simplex(3))
+@given(corners_of_cell(3))
 def test_aspect_ratio_of_tets(corners):
     """(18.5) with the inradius and sqrt(6)/12 is (18.7)."""
     volume = size(corners)
@@ -186,7 +188,7 @@ def _area(face):
 @given(data=st.data())
 def test_the_other_measures(regular, data):
     """Exercises 18.3 and 18.4: every ratio of 18.2.2, divided by that of the regular cell."""
-    corners = data.draw(simplex(len(regular) - 1))
+    corners = data.draw(corners_of_cell(len(regular) - 1))
     if abs(size(corners)) > 1e-2:
         sign = math.copysign(1, size(corners))
         best = ratios(regular)
@@ -271,7 +273,7 @@ def test_target_grows_as_the_triangle_degrades():
 
 
 @patches.examples(50)
-@given(simplex(2), simplex(3))
+@given(corners_of_cell(2), corners_of_cell(3))
 def test_no_tet_on_a_face_beats_its_target(face, other):
     """The search finds the best apex, wherever it is."""
     if abs(size(face)) > 0.05:
@@ -282,7 +284,7 @@ def test_no_tet_on_a_face_beats_its_target(face, other):
 
 
 @patches.examples(50)
-@given(simplex(2), st.floats(0.01, 100), st.permutations(range(3)))
+@given(corners_of_cell(2), st.floats(0.01, 100), st.permutations(range(3)))
 def test_target_knows_shape_only(face, scale, order):
     if abs(size(face)) > 0.05:
         turned = (scale * face[list(order)])[:, [2, 0, 1]] + 3
@@ -470,10 +472,10 @@ def test_no_triangle_is_looked_at_twice(n, monkeypatch):
         seen.append((frozenset((p, q, r)), apex))
         return 0.5 + 1e-3 * len(seen)
 
-    monkeypatch.setattr(shell_swap, "at", lambda points, i: i)
-    monkeypatch.setattr(shell_swap, "tet_quality", tet_quality)
+    monkeypatch.setattr(swap, "at", lambda points, i: i)
+    monkeypatch.setattr(swap, "tet_quality", tet_quality)
     work = ring_of(n, 0)
-    search = getattr(shell_swap.triangulate_ring, "py_func", shell_swap.triangulate_ring)
+    search = getattr(swap.triangulate_ring, "py_func", swap.triangulate_ring)
     search(work.mesh, 0, 1, n, 0.0, work.scratch)
     assert len(seen) == len(set(seen)) <= 2 * TR_N[n]
     assert len({triangle for triangle, _ in seen}) >= n - 2

@@ -14,7 +14,7 @@ from edits import tagged
 
 from meshopt_cli import formats
 from meshopt_cli.cli.main import status_of
-from meshopt_cli.mesh import Block, Mesh
+from meshopt_cli.mesh.model import Block, Mesh
 from meshopt_cli.validity import RULES, limit_of
 from meshopt_cli.validity.limits import QUANTITIES, families_of, measured, quantities
 

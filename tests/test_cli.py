@@ -22,14 +22,15 @@ import numpy as np
 import pytest
 from builders import hex_grid, in_space, mesh, octahedron, quad_grid, tet_grid, tri_grid
 
-from meshopt_cli import __version__, formats, job
+from meshopt_cli import __version__, formats
 from meshopt_cli.cli.main import COMMANDS, STATUSES, main, status_of
 from meshopt_cli.errors import InvariantError
 from meshopt_cli.formats import FORMATS, Encoding, encoding_for
-from meshopt_cli.mesh import Block, Mesh, cast
+from meshopt_cli.jobs import optimize as job
+from meshopt_cli.mesh.model import Block, Mesh, cast
 from meshopt_cli.passes import PASSES
-from meshopt_cli.presets import PRESETS
-from meshopt_cli.quality import DEFAULT_MEASURE, MEASURES, cell_quality
+from meshopt_cli.plans.presets import PRESETS
+from meshopt_cli.quality.summary import DEFAULT_MEASURE, MEASURES, cell_quality
 from meshopt_cli.report.rows import HEADINGS
 from meshopt_cli.validity import RULES
 

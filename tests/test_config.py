@@ -10,12 +10,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from meshopt_cli.cli.config import Request, load, plan_for
 from meshopt_cli.errors import ConfigError
 from meshopt_cli.passes import PASSES
-from meshopt_cli.pipeline import Repeat
-from meshopt_cli.presets import DEFAULT_PRESET, PRESETS
-from meshopt_cli.quality import DEFAULT_MEASURE, MEASURES
+from meshopt_cli.plans.config import Request, load, plan_for
+from meshopt_cli.plans.pipeline import Repeat
+from meshopt_cli.plans.presets import DEFAULT_PRESET, PRESETS
+from meshopt_cli.quality.summary import DEFAULT_MEASURE, MEASURES
 
 CASES = sorted((Path(__file__).parent / "cases").glob("*.toml"))
 EXAMPLES = sorted((Path(__file__).parent.parent / "samples").rglob("*.toml"))

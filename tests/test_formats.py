@@ -21,7 +21,7 @@ from hypothesis.extra import numpy as hnp
 
 from meshopt_cli.errors import ConfigError, ReadError, WriteError
 from meshopt_cli.formats import FORMATS, Encoding, encoding_for, read, sniff, write
-from meshopt_cli.mesh import Block, Mesh
+from meshopt_cli.mesh.model import Block, Mesh
 
 PHYSICAL, GEOMETRICAL, REF = "gmsh:physical", "gmsh:geometrical", "medit:ref"
 DIM_TAGS = "gmsh:dim_tags"

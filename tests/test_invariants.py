@@ -12,12 +12,12 @@ from builders import tet_grid, tri_grid
 from hypothesis import given
 from hypothesis import strategies as st
 
-from meshopt_cli.mesh import cast
+from meshopt_cli.mesh.model import cast
 from meshopt_cli.passes import PASSES, Silent
-from meshopt_cli.pipeline import Pipeline
-from meshopt_cli.presets import PRESETS
-from meshopt_cli.quality import MEASURES, histogram, target
-from meshopt_cli.workspace import Workspace
+from meshopt_cli.plans.pipeline import Pipeline
+from meshopt_cli.plans.presets import PRESETS
+from meshopt_cli.quality.summary import MEASURES, histogram, target
+from meshopt_cli.work.workspace import Workspace
 
 MEASURE = MEASURES["aspect-ratio"]
 TRIANGLE_SAMPLES = ("quadtree.vtk", "plate.vtu")

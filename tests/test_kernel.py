@@ -15,10 +15,10 @@ from builders import tet_grid
 from patches import shaken
 
 from meshopt_cli import formats
-from meshopt_cli.kernels import _cache, _kernel
+from meshopt_cli.compiled import cache, decorators
 
 # An interpreted run (NUMBA_DISABLE_JIT) has no compiled kernels to look at.
-pytestmark = pytest.mark.skipif(_cache.INTERPRETED, reason="kernels are interpreted")
+pytestmark = pytest.mark.skipif(cache.INTERPRETED, reason="kernels are interpreted")
 
 ROOT = Path(__file__).parent.parent
 
@@ -54,12 +54,12 @@ class Found(NamedTuple):
     rest: tuple[float, Part]
 
 
-@_kernel.inlined
+@decorators.inlined
 def half(value):
     return 0.5 * value
 
 
-@_kernel.kernel
+@decorators.kernel
 def weighted(inner, i):
     return half(inner.values[i]) * inner.factor
 
@@ -113,43 +113,43 @@ def outer():
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """An empty folder for machine code."""
-    monkeypatch.setattr(_cache, "folder", lambda: tmp_path / "kernels")
+    monkeypatch.setattr(cache, "folder", lambda: tmp_path / "kernels")
     return tmp_path / "kernels"
 
 
 @pytest.fixture
 def compiled(monkeypatch):
     """Names of the functions that are compiled from now on."""
-    from meshopt_cli.kernels import _jit
+    from meshopt_cli.compiled import jit
 
     names = []
-    compile_entry = _jit.compile_entry
+    compile_entry = jit.compile_entry
 
     def noting(function, arguments):
         names.append(function.__name__)
         return compile_entry(function, arguments)
 
-    monkeypatch.setattr(_jit, "compile_entry", noting)
+    monkeypatch.setattr(jit, "compile_entry", noting)
     return names
 
 
 def test_arguments_and_results(folder):
     ours, theirs = outer(), outer()
-    assert _kernel.Entry(total)(ours, 0.25) == total(theirs, 0.25)
+    assert decorators.Entry(total)(ours, 0.25) == total(theirs, 0.25)
     np.testing.assert_array_equal(ours.inner.values, theirs.inner.values)
 
 
 def test_none_and_scalars(folder):
     values = np.array([1.5, 2.0])
-    assert _kernel.Entry(twice)(values) is None
+    assert decorators.Entry(twice)(values) is None
     assert values.tolist() == [3.0, 4.0]
-    assert _kernel.Entry(first)(values) == 3.0
-    assert _kernel.Entry(first)(np.array([7, 8])) == 7
+    assert decorators.Entry(first)(values) == 3.0
+    assert decorators.Entry(first)(np.array([7, 8])) == 7
 
 
 def test_named_tuples_come_back(folder):
     for value in (2.0, -3.0):
-        found = _kernel.Entry(described)(np.array([value]))
+        found = decorators.Entry(described)(np.array([value]))
         assert found == described(np.array([value]))
         assert isinstance(found, Found)
         assert isinstance(found.rest[1], Part)
@@ -158,19 +158,19 @@ def test_named_tuples_come_back(folder):
 
 def test_arrays_do_not(folder):
     with pytest.raises(TypeError, match="kernels return no array"):
-        _kernel.Entry(array)(np.ones(2))
+        decorators.Entry(array)(np.ones(2))
 
 
 def test_code_is_loaded_as_stored(folder, compiled):
-    _kernel.Entry(twice)(np.ones(2))
+    decorators.Entry(twice)(np.ones(2))
     values = np.ones(2)
-    _kernel.Entry(twice)(values)
+    decorators.Entry(twice)(values)
     assert values.tolist() == [2.0, 2.0]
     assert compiled == ["twice"]
 
 
 def test_every_layout_has_code_of_its_own(folder, compiled):
-    entry = _kernel.Entry(twice)
+    entry = decorators.Entry(twice)
     for values in (np.ones(2), np.ones(2, dtype=np.int64), np.ones(5), np.ones(2, np.float32)):
         entry(values)
         assert set(values.tolist()) == {2}
@@ -185,30 +185,30 @@ def test_a_changed_source_is_compiled_again(folder, tmp_path):
         source.write_text(text)
         names = {"__name__": "changing"}
         exec(compile(text, source, "exec"), names)
-        assert _kernel.Entry(names["f"])(5) == factor * 5
+        assert decorators.Entry(names["f"])(5) == factor * 5
 
 
 def test_a_read_only_array_cannot_be_written_to(folder):
     values = np.ones(2)
     values.flags.writeable = False
     with pytest.raises(Exception, match="modify readonly array"):
-        _kernel.Entry(twice)(values)
-    assert _kernel.Entry(first)(values) == 1.0
+        decorators.Entry(twice)(values)
+    assert decorators.Entry(first)(values) == 1.0
 
 
 @pytest.mark.parametrize("harm", ["cut", "changed", "emptied"])
 def test_damaged_code_is_compiled_again(folder, compiled, harm):
-    _kernel.Entry(twice)(np.ones(2))
+    decorators.Entry(twice)(np.ones(2))
     (stored,) = folder.iterdir()
     whole = stored.read_bytes()
     middle = len(whole) // 2
     changed = whole[:middle] + bytes([whole[middle] ^ 1]) + whole[middle + 1 :]
     stored.write_bytes({"cut": whole[:middle], "changed": changed, "emptied": b""}[harm])
     values = np.ones(2)
-    _kernel.Entry(twice)(values)
+    decorators.Entry(twice)(values)
     assert values.tolist() == [2.0, 2.0]
     assert compiled == ["twice"] * 2
-    assert _cache.read(stored.name)
+    assert cache.read(stored.name)
 
 
 @pytest.mark.parametrize(
@@ -218,17 +218,17 @@ def test_damaged_code_is_compiled_again(folder, compiled, harm):
 )
 def test_other_arguments_are_refused(folder, argument):
     with pytest.raises(TypeError, match="kernels take"):
-        _kernel.Entry(twice)(argument)
+        decorators.Entry(twice)(argument)
 
 
 def test_code_that_needs_functions_of_numba(folder):
-    assert _kernel.Entry(scaled)(1.5, 3) == 12.0
+    assert decorators.Entry(scaled)(1.5, 3) == 12.0
 
 
 def test_where_nothing_can_be_written(tmp_path, monkeypatch):
     (tmp_path / "file").touch()
-    monkeypatch.setattr(_cache, "folder", lambda: tmp_path / "file" / "kernels")
-    assert _kernel.Entry(first)(np.array([7.0])) == 7.0
+    monkeypatch.setattr(cache, "folder", lambda: tmp_path / "file" / "kernels")
+    assert decorators.Entry(first)(np.array([7.0])) == 7.0
 
 
 def run(code, *arguments, **environment):
@@ -249,7 +249,7 @@ def said(process):
 
 
 def test_two_processes_compile_at_once(tmp_path):
-    code = "import test_kernel as t; print(*t._kernel.Entry(t.total)(t.outer(), 0.25))"
+    code = "import test_kernel as t; print(*t.decorators.Entry(t.total)(t.outer(), 0.25))"
     both = [run(code, MESHOPT_CACHE_DIR=str(tmp_path)) for _ in range(2)]
     count, sum_ = total(outer(), 0.25)
     assert [said(process) for process in both] == [f"{count} {sum_}"] * 2
@@ -270,7 +270,9 @@ def test_a_warm_run_does_without_numba(tmp_path):
 
 
 def test_bounds_are_checked_where_numba_is_told_to(tmp_path):
-    code = "import numpy, test_kernel; test_kernel._kernel.Entry(test_kernel.first)(numpy.empty(0))"
+    code = (
+        "import numpy, test_kernel; test_kernel.decorators.Entry(test_kernel.first)(numpy.empty(0))"
+    )
     environment = {"NUMBA_BOUNDSCHECK": "1", "MESHOPT_CACHE_DIR": str(tmp_path)}
     _, errors = run(code, **environment).communicate()
     assert "a compiled kernel failed" in errors

@@ -12,13 +12,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from meshopt_cli.errors import ConfigError
-from meshopt_cli.kernels.angles import ANGLE_Q, angle_range, angle_sums
-from meshopt_cli.kernels.measures import (
-    PERCENT,
-    WITH_ANGLES,
-    measure_cells,
-)
-from meshopt_cli.quality import MEASURES, as_degradation, cell_quality, measure_named
+from meshopt_cli.kernels.shape.angles import ANGLE_Q, angle_range, angle_sums
+from meshopt_cli.kernels.shape.simplex import PERCENT, WITH_ANGLES, measure_cells
+from meshopt_cli.quality.summary import MEASURES, as_degradation, cell_quality, measure_named
 
 REGULAR = {
     2: np.array([[0, 0, 0], [1, 0, 0], [0.5, math.sqrt(3) / 2, 0]]),

@@ -9,8 +9,8 @@ import patches
 import pytest
 from builders import tet_grid, tri_grid
 
-from meshopt_cli.kernels.classify import TetType
-from meshopt_cli.kernels.mend import Mending, Remedy
+from meshopt_cli.kernels.operators.mend import Mending, Remedy
+from meshopt_cli.kernels.shape.classify import TetType
 from meshopt_cli.kernels.types import APPLIED, NOT_BETTER
 from meshopt_cli.passes import PASSES, Silent
 from meshopt_cli.passes.mend import REMEDIES, remedy_table

@@ -7,7 +7,7 @@ from edits import with_cells
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from meshopt_cli.mesh import Block, Mesh
+from meshopt_cli.mesh.model import Block, Mesh
 from meshopt_cli.validity import check
 
 N = 4

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from builders import tet_grid
 
-from meshopt_cli.mesh import cast
-from meshopt_cli.ordering import BITS, hilbert
-from meshopt_cli.workspace import Workspace
+from meshopt_cli.mesh.model import cast
+from meshopt_cli.mesh.order import BITS, hilbert
+from meshopt_cli.work.workspace import Workspace
 
 
 def test_curve_goes_from_neighbour_to_neighbour():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from patches import sample
 
-from meshopt_cli.kernels.angles import ANGLE_Q, angle_range
+from meshopt_cli.kernels.shape.angles import ANGLE_Q, angle_range
 from meshopt_cli.kernels.types import CLOCK
 from meshopt_cli.passes import Silent
 from meshopt_cli.passes.check import Check
@@ -16,7 +16,7 @@ from meshopt_cli.passes.mend import Mend
 from meshopt_cli.passes.smooth import Smooth
 from meshopt_cli.passes.split import Split
 from meshopt_cli.passes.swap import Swap
-from meshopt_cli.pipeline import (
+from meshopt_cli.plans.pipeline import (
     GAIN_BELOW,
     NEAR_TARGET,
     NO_CHANGE,
@@ -32,7 +32,7 @@ from meshopt_cli.pipeline import (
     Stop,
     WithAngles,
 )
-from meshopt_cli.workspace import Workspace
+from meshopt_cli.work.workspace import Workspace
 
 
 @pytest.fixture

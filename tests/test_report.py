@@ -17,8 +17,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from meshopt_cli.cli import output, terminal
-from meshopt_cli.mesh import cast
-from meshopt_cli.quality import (
+from meshopt_cli.mesh.model import cast
+from meshopt_cli.quality.summary import (
     MEASURES,
     RANKS,
     Summary,

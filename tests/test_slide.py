@@ -9,13 +9,15 @@ from builders import tet_grid, tri_grid
 from hypothesis import given
 from hypothesis import strategies as st
 
-from meshopt_cli import job, sliding, validity
-from meshopt_cli.mesh import Block, cast
+from meshopt_cli import validity
+from meshopt_cli.boundary import sliding
+from meshopt_cli.jobs import optimize as job
+from meshopt_cli.mesh.model import Block, cast
 from meshopt_cli.passes import PASSES, Silent
-from meshopt_cli.pipeline import Pipeline
-from meshopt_cli.presets import PRESETS
-from meshopt_cli.quality import MEASURES
-from meshopt_cli.workspace import Workspace
+from meshopt_cli.plans.pipeline import Pipeline
+from meshopt_cli.plans.presets import PRESETS
+from meshopt_cli.quality.summary import MEASURES
+from meshopt_cli.work.workspace import Workspace
 
 MEASURE = MEASURES["aspect-ratio"]
 TOLERANCE = 1e-6

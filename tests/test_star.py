@@ -7,9 +7,9 @@ import patches
 import pytest
 from builders import tet_grid, tri_grid
 
-from meshopt_cli.kernels.geometry import Vec
-from meshopt_cli.kernels.measures import PERCENT, WITH_ANGLES, measure_cells
-from meshopt_cli.quality import MEASURES
+from meshopt_cli.kernels.shape.simplex import PERCENT, WITH_ANGLES, measure_cells
+from meshopt_cli.kernels.vectors import Vec
+from meshopt_cli.quality.summary import MEASURES
 
 CODES = {name: measure.code for name, measure in MEASURES.items()}
 # Of tets only: triangles have no dihedral angles.

@@ -14,10 +14,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from meshopt_cli import formats
-from meshopt_cli.cli.config import Request, plan_for
 from meshopt_cli.errors import ConfigError
-from meshopt_cli.job import optimize
-from meshopt_cli.mesh import (
+from meshopt_cli.jobs.optimize import optimize
+from meshopt_cli.mesh.model import (
     DIM_TAGS,
     GEOMETRICAL,
     MAX_LABELS,
@@ -27,7 +26,8 @@ from meshopt_cli.mesh import (
     with_depth,
     with_regions,
 )
-from meshopt_cli.transfer import find
+from meshopt_cli.plans.config import Request, plan_for
+from meshopt_cli.transfer.carry import find
 
 NO_REQUEST = Request("standard", None, None, (), None, None, None, None)
 

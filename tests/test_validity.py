@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from meshopt_cli.errors import ConfigError
-from meshopt_cli.mesh import Block, Mesh
+from meshopt_cli.mesh.model import Block, Mesh
 from meshopt_cli.validity import ERROR, RULES, WARNING, Gates, check, choose
 
 ALL = {name: (sound, "") for name, sound in VALID.items()} | BROKEN

@@ -90,7 +90,8 @@ def command(
     meshopt.toml, or [tool.meshopt.check] of a pyproject.toml, from the working directory
     upwards. `meshopt list rules` says what the codes mean.
     """
-    from .check_task import Task, examine_all, files_in
+    from ..jobs.check import Task, examine_all, files_in
+    from .terminal import compile_kernels, set_up_log
 
     if explain is not None:
         click.echo(_explained(explain))
@@ -110,11 +111,9 @@ def command(
         if mark.resolve() == files[0].resolve():
             raise click.UsageError("--mark would replace the mesh itself")
     if checked and _needs_kernels(files, gates):
-        from .terminal import compile_kernels
-
         compile_kernels(verbosity < 0, ("basic", "check"))
     verdicts = []
-    for verdict in examine_all(files, task, jobs):
+    for verdict in examine_all(files, task, jobs, set_up_log):
         verdicts.append(verdict)
         if verdict.error:
             click.echo(f"meshopt: {verdict.error}", err=True)
@@ -147,7 +146,7 @@ def _gates(
     from ..validity import Gates, Limit, limit_of
 
     if measure is not None:
-        from ..quality import measure_named
+        from ..quality.summary import measure_named
 
         measure_named(measure)
     limits = [limit_of(text) for text in gate]

@@ -21,7 +21,7 @@ def rows(table: str) -> list[tuple[str, ...]]:
 
         return [(p.name, p.summary) for p in PASSES.values()]
     if table == "measures":
-        from ..quality import MEASURES
+        from ..quality.summary import MEASURES
 
         return [
             (m.name, m.formula, f"({m.equations[0]}), ({m.equations[1]})",
@@ -40,7 +40,7 @@ def rows(table: str) -> list[tuple[str, ...]]:
              r.explanation, r.source)
             for r in RULES.values()
         ]  # fmt: skip
-    from ..presets import PRESETS
+    from ..plans.presets import PRESETS
 
     return [(p.name, p.summary) for p in PRESETS.values()]
 

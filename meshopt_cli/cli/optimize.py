@@ -95,12 +95,11 @@ def command(
     verbosity: int,
 ) -> int:
     from .. import formats
-    from ..job import InvalidMeshError, optimize, require_simplices
-    from ..mesh import with_regions
-    from .config import Request, plan_for
-    from .findings import show_findings
+    from ..jobs.optimize import InvalidMeshError, optimize, require_simplices
+    from ..mesh.model import with_regions
+    from ..plans.config import Request, plan_for
     from .output import form_of, print_report, report_of, write_reports
-    from .terminal import compile_kernels, progress
+    from .terminal import compile_kernels, progress, show_findings
 
     output = _output(input, output, in_place)
     names = None if passes is None else tuple(n.strip() for n in passes.split(",") if n.strip())

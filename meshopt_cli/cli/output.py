@@ -13,7 +13,7 @@ from ..report.model import FileFacts, PassFacts, Report
 
 if TYPE_CHECKING:
     from ..formats import Source, Written
-    from ..job import Result
+    from ..jobs.optimize import Result
 
 # How a report can be written, by the suffix of its file.
 SUFFIXES = {".json": "json", ".md": "markdown", ".csv": "csv", ".txt": "table"}

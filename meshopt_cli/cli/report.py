@@ -36,8 +36,8 @@ def command(
 ) -> int:
     """Show the quality of meshes as the rows of Table 18.3."""
     from .. import __version__, formats
-    from ..partial import measurable
-    from ..quality import DEFAULT_MEASURE, MEASURES, measure_named, summarize
+    from ..quality.partial import measurable
+    from ..quality.summary import DEFAULT_MEASURE, MEASURES, measure_named, summarize
     from ..report.model import Report
     from ..validity import check
     from .output import as_text, facts_of, print_report

@@ -12,9 +12,14 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from rich.console import Console
 
+    from ..formats import Source
+    from ..mesh.model import Mesh
     from ..passes import Observer
+    from ..validity import Report
 
 
 class StderrHandler(logging.Handler):
@@ -58,6 +63,17 @@ def report_console(err: bool = False) -> Console:
     )
 
 
+def show_findings(
+    path: Path, source: Source, mesh: Mesh, report: Report, err: bool = False
+) -> None:
+    """Print findings as text, the first of each rule one by one, then how many more there are."""
+    from ..jobs.findings import verdict_on
+    from ..report.check_text import finding_lines
+
+    for line in finding_lines(verdict_on(path, source, mesh, report, 1)):
+        click.echo(line, err=err)
+
+
 class Bars:
     """An observer that shows a bar for each sweep."""
 
@@ -97,7 +113,7 @@ def progress(quiet: bool) -> Iterator[Observer]:
 
 def compile_kernels(quiet: bool, groups: Iterable[str] = ("basic",)) -> None:
     """Compile what is missing of some groups of kernels, and say so, for it takes a while."""
-    from ..kernels._cache import missing
+    from ..compiled.cache import missing
 
     if not missing(groups):
         return

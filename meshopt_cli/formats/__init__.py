@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import ConfigError, ReadError, WriteError
-from ..mesh import Array, Block, Mesh
+from ..mesh.model import Array, Block, Mesh
 from .atomic import target_of
 from .numbering import Numbering, numbering
 from .sniff import HEAD, Encoding, UnreadableError, encoding_of

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..mesh import Block, Mesh
+from ..mesh.model import Block, Mesh
 from .sniff import UnreadableError
 
 if TYPE_CHECKING:

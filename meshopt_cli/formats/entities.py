@@ -14,7 +14,7 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..mesh import DIM_TAGS, GEOMETRICAL, PHYSICAL, Array, Block, dimension_of
+from ..mesh.model import DIM_TAGS, GEOMETRICAL, PHYSICAL, Array, Block, dimension_of
 
 __all__ = ["DIM_TAGS", "GEOMETRICAL", "PHYSICAL", "by_entity", "classify", "write"]
 

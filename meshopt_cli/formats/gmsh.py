@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 
-from ..mesh import Array, Mesh
+from ..mesh.model import Array, Mesh
 from . import entities, gmsh_elements
 from .bridge import listening
 from .entities import DIM_TAGS, GEOMETRICAL, PHYSICAL

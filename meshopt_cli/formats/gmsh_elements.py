@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..mesh import Array, Block
+from ..mesh.model import Array, Block
 from .entities import GEOMETRICAL, PHYSICAL
 from .sniff import UnreadableError
 from .text import numbers

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..mesh import REF, Array, Block, Mesh
+from ..mesh.model import REF, Array, Block, Mesh
 from . import medit_lists
 from .bridge import from_meshio, listening, prepared
 from .sniff import Encoding, UnreadableError

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..mesh import Mesh
+from ..mesh.model import Mesh
 from .sniff import Encoding
 from .table import FORMATS
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..mesh import Mesh
+from ..mesh.model import Mesh
 from . import gmsh, medit, tags, vtk
 from .sniff import Encoding
 

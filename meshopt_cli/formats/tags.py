@@ -12,8 +12,8 @@ from urllib.parse import quote
 
 import numpy as np
 
-from ..adjacency import distinct
-from ..mesh import (
+from ..mesh.adjacency import distinct
+from ..mesh.model import (
     REQUIRED,
     SIMPLICES,
     Array,

@@ -12,7 +12,7 @@ from itertools import chain
 
 import numpy as np
 
-from ..mesh import Array
+from ..mesh.model import Array
 from .sniff import UnreadableError
 
 _CHUNK = 1 << 16  # rows at a time, which bounds the memory it takes

@@ -17,7 +17,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from ..mesh import Array, Mesh
+from ..mesh.model import Array, Mesh
 from .bridge import from_meshio, listening, prepared, to_meshio
 from .sniff import Encoding, UnreadableError
 

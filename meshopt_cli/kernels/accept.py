@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ._kernel import inlined
+from ..compiled.decorators import inlined
 
 STRICT, RATIO, FLOOR, VALID, MEAN = range(5)
 

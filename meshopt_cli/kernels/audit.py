@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ._kernel import entry
-from .ball import local_index
+from ..compiled.decorators import entry
+from .gather.ball import local_index
 from .types import N_CELLS
 
 WHOLE, NOT_POSITIVE, NOT_MUTUAL, NOT_SHARED, NOT_IN_BALL = range(5)

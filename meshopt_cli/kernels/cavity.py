@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from ._kernel import kernel
-from .ball import next_stamp, quality_at, touch
-from .geometry import at
+from ..compiled.decorators import kernel
+from .gather.ball import next_stamp, quality_at, touch
 from .journal import keep
 from .tables import TET_FACETS, TRI_FACETS
 from .types import N_CELLS, N_FREE
+from .vectors import at
 
 UNMATCHED = -2  # no handle: -1 is the boundary
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from ._kernel import kernel
+from ..compiled.decorators import kernel
 from .accept import mean_falls
 from .types import (
     J_ACTIVE,

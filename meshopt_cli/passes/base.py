@@ -13,7 +13,7 @@ import numpy as np
 from ..errors import ConfigError
 from ..kernels import accept as rules
 from ..kernels.types import N_VERDICTS, Verdict
-from ..workspace import Workspace
+from ..work.workspace import Workspace
 
 Array = np.ndarray
 

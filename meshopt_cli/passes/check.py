@@ -10,8 +10,8 @@ import numpy as np
 
 from ..errors import InvariantError
 from ..kernels.audit import NOT_IN_BALL, NOT_MUTUAL, NOT_POSITIVE, NOT_SHARED, WHOLE, audit
-from ..kernels.measures import measure_cells
-from ..workspace import Workspace
+from ..kernels.shape.simplex import measure_cells
+from ..work.workspace import Workspace
 from .base import Observer, Pass, Tally, option
 
 FAULTS = {

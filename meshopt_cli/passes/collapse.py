@@ -8,9 +8,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..kernels.collapse import Collapse as How
-from ..kernels.collapse import sweep_collapse
-from ..workspace import Workspace
+from ..kernels.operators.collapse import Collapse as How
+from ..kernels.operators.collapse import sweep_collapse
+from ..work.workspace import Workspace
 from .base import Observer, Operator, Tally, option
 
 

@@ -7,9 +7,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..kernels.classify import TetType
-from ..kernels.mend import Mending, Remedy, sweep_mend
-from ..workspace import Workspace
+from ..kernels.operators.mend import Mending, Remedy, sweep_mend
+from ..kernels.shape.classify import TetType
+from ..work.workspace import Workspace
 from .base import Observer, Operator, Pass, Tally, option, urgency, urgent_q
 
 Array = np.ndarray

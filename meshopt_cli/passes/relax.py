@@ -7,13 +7,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from .. import adjacency
-from ..kernels import relocate
-from ..kernels.angles import angle_sums
-from ..kernels.collapse import Collapse, sweep_collapse
-from ..kernels.relax import sweep_relax
-from ..kernels.shell_swap import Swap
-from ..workspace import Workspace
+from ..kernels.operators import relocate
+from ..kernels.operators.collapse import Collapse, sweep_collapse
+from ..kernels.operators.relax import sweep_relax
+from ..kernels.operators.swap import Swap
+from ..kernels.shape.angles import angle_sums
+from ..mesh import adjacency
+from ..work.workspace import Workspace
 from .base import Observer, Operator, Tally, option
 from .smooth import RELAXATION
 

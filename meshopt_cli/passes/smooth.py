@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ..kernels import relocate
-from ..workspace import Workspace
+from ..kernels.operators import relocate
+from ..work.workspace import Workspace
 from .base import Observer, Operator, Tally, option
 
 METHODS = {

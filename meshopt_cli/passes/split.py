@@ -7,10 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from .. import adjacency
-from ..kernels.constrained import sweep_constrained
-from ..kernels.split import Splitting, sweep_split
-from ..workspace import Workspace
+from ..kernels.operators.constrained import sweep_constrained
+from ..kernels.operators.insert import Splitting, sweep_split
+from ..mesh import adjacency
+from ..work.workspace import Workspace
 from .base import Observer, Operator, Tally, option, urgency, urgent_q
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ..kernels.flip import sweep_flip
-from ..kernels.shell_swap import Swap as How
-from ..kernels.shell_swap import sweep_swap
-from ..workspace import Workspace
+from ..kernels.operators.flip import sweep_flip
+from ..kernels.operators.swap import Swap as How
+from ..kernels.operators.swap import sweep_swap
+from ..work.workspace import Workspace
 from .base import Observer, Operator, Tally, option
 
 

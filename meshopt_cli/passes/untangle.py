@@ -8,9 +8,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..kernels import relocate
 from ..kernels.accept import FLAT, STRICT
-from ..workspace import Workspace
+from ..kernels.operators import relocate
+from ..work.workspace import Workspace
 from .base import Observer, Tally, option
 from .mend import Remedial
 

@@ -7,7 +7,7 @@ import math
 from dataclasses import asdict
 from typing import Any
 
-from ..quality import RANKS, Summary
+from ..quality.summary import RANKS, Summary
 from .model import FileFacts, Report
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ..quality import Summary
+from ..quality.summary import Summary
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import math
 from itertools import pairwise
 from pathlib import Path
 
-from ..quality import RANKS, Summary
+from ..quality.summary import RANKS, Summary
 from .model import Report
 
 HEADINGS = (

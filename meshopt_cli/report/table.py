@@ -6,7 +6,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from ..quality import Summary
+from ..quality.summary import Summary
 from .model import Report
 from .rows import HEADINGS, closing_lines, count_row, named_rows, pass_rows, percent_row
 

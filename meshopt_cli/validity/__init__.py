@@ -10,7 +10,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from ..mesh import Mesh
+from ..mesh.model import Mesh
 from . import rules as _rules  # fills the table
 from .limits import NO_GATES, Gates, Limit, limit_of
 from .model import (

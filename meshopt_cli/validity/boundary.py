@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..adjacency import distinct_rows, row_ids
+from ..mesh.adjacency import distinct_rows, row_ids
 from . import geometry
 from .geometry import MANY, Array, Pairs
 
@@ -294,7 +294,7 @@ def components(n: int, one: Array, other: Array) -> Array:
     """For each of `n` items the least one that pairs link it to."""
     if n < MANY:
         return geometry.first_of(n, one, other)
-    from ..kernels.unite import unite
+    from ..kernels.search.unite import unite
 
     parent = np.arange(n)
     unite(parent, one, other)

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..adjacency import row_ids
-from ..mesh import Array
+from ..mesh.adjacency import row_ids
+from ..mesh.model import Array
 from . import geometry
 from .geometry import Pairs
 

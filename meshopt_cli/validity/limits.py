@@ -101,7 +101,7 @@ def limit_of(text: str) -> Limit:
 
 def quantities() -> tuple[str, ...]:
     """All that a gate can be put on: sizes and angles, then Q by each measure."""
-    from ..quality import MEASURES
+    from ..quality.summary import MEASURES
 
     return (*QUANTITIES, *MEASURES)
 
@@ -127,7 +127,7 @@ def measured(quantity: str, points: Array, cells: Array, family: str) -> Array:
         parts = [function(points, cells[rows], family) for rows in geometry.chunks(len(cells))]
         return np.concatenate([np.empty(0), *parts])
     # The measures are kernels: imported when a limit asks for them.
-    from ..quality import as_degradation, cell_quality, measure_named
+    from ..quality.summary import as_degradation, cell_quality, measure_named
 
     if family == "triangle":
         points, cells = geometry.unfolded(points, cells)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import ConfigError
-from ..mesh import Array, Mesh
+from ..mesh.model import Array, Mesh
 from .study import Study, n_corners
 
 ERROR = "error"

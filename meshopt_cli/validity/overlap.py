@@ -350,7 +350,7 @@ def _compiled_depths(
     points: Array, one: Array, other: Array, limit: Array, tables: tuple[Pairs, Pairs]
 ) -> Array:
     """How deep the cells of each pair reach into each other, (n,); see `kernels.separate`."""
-    from ..kernels.separate import depths
+    from ..kernels.search.separate import depths
 
     depth = np.empty(len(limit))
     one, other = np.ascontiguousarray(one), np.ascontiguousarray(other)

@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ..adjacency import row_ids
-from ..mesh import Array, Block, Mesh, dimension_of
+from ..mesh.adjacency import row_ids
+from ..mesh.model import Array, Block, Mesh, dimension_of
 from . import contact, geometry
 from .boundary import Domain, domain_of
 from .coincidence import first_points

@@ -8,7 +8,7 @@ import numpy as np
 from judge import Array, Part, volumes, walls
 
 from meshopt_cli import formats
-from meshopt_cli.mesh import main_blocks, main_type, regions_of
+from meshopt_cli.mesh.model import main_blocks, main_type, regions_of
 
 
 class UnusableError(Exception):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...mesh import Array
+from ...mesh.model import Array
 from .. import geometry
 from ..model import WARNING, Places, at_cells, rule
 from ..study import Study

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...errors import ConfigError
-from ...mesh import TAG_NAMES, Array
+from ...mesh.model import TAG_NAMES, Array
 from ..limits import QUANTITIES, Limit, families_of, measured
 from ..model import ERROR, WARNING, Places, at_cells, rule
 from ..study import Study
@@ -26,7 +26,7 @@ def _nowhere() -> Places:
 def find_worse(study: Study) -> Places:
     if study.gates.fail_above is None:
         return _nowhere()
-    from ...quality import DEFAULT_MEASURE, measure_named
+    from ...quality.summary import DEFAULT_MEASURE, measure_named
 
     measure = measure_named(study.gates.measure or DEFAULT_MEASURE)
     limit = Limit(measure.name, False, study.gates.fail_above, code="M401")

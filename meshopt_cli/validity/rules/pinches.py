@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...adjacency import distinct_rows
-from ...mesh import Array
+from ...mesh.adjacency import distinct_rows
+from ...mesh.model import Array
 from .. import boundary, geometry
 from ..study import Study
 

@@ -1,0 +1,1 @@
+"""What of the boundary may change, and the proof that the rest did not."""

@@ -1,0 +1,140 @@
+"""Proof that a result fills the domain of the input: what no pass may change."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import InvariantError
+from ..mesh import adjacency
+from ..mesh.model import Simplices
+from .sliding import FIXED, LINE, Slide
+
+Array = np.ndarray
+
+# Volume of a region may change by rounding only: this part of the volume of the mesh.
+VOLUME_TOLERANCE = 1e-9
+
+
+def prove(
+    before: Simplices,
+    after: Simplices,
+    points_before: Array,
+    points_after: Array,
+    origin: Array,
+) -> None:
+    """Compare the domain of a result, as it will be written, with that of the input.
+
+    Parameters
+    ----------
+    points_before, points_after : (np, 2 or 3) array
+        As the files have them.
+    origin : (np',) int64
+        The point of the input that each point of the result was, -1 for a new one.
+
+    Raises
+    ------
+    InvariantError
+        The boundary or an interface changed.
+    """
+    n_points = len(before.points)
+    skin = adjacency.canonical(before.skin, n_points)
+    if not np.array_equal(skin, adjacency.canonical(origin[after.skin], n_points)):
+        raise InvariantError("the facets of the boundary or of an interface changed")
+    skin = adjacency.distinct(before.skin)
+    number = np.full(len(before.points), -1)
+    number[origin[origin >= 0]] = np.flatnonzero(origin >= 0)
+    if not np.array_equal(points_before[skin], points_after[number[skin]]):
+        raise InvariantError("a vertex of the boundary moved")
+
+
+def prove_volumes(before: Simplices, after: Simplices, tolerance: float = 0.0) -> None:
+    """Compare the volumes of the regions.
+
+    Parameters
+    ----------
+    tolerance : float
+        What they may change by more than rounding, as a part of the volume of the mesh.
+
+    Raises
+    ------
+    InvariantError
+        One changed.
+    """
+    old, new = _volumes(before), _volumes(after)
+    if len(old) != len(new) or np.any(
+        np.abs(old - new) > (VOLUME_TOLERANCE + tolerance) * old.sum()
+    ):
+        raise InvariantError("the volume of a region changed")
+
+
+def prove_slide(
+    before: Simplices, worked: Simplices, slide: Slide, patch: Array, origin: Array
+) -> None:
+    """Compare a boundary that was worked on with that of the input.
+
+    Parameters
+    ----------
+    worked : Simplices
+        In the frame of `before`.
+    patch : (n,) int64
+        Patch of each outer facet of `worked`, see `sliding.redeclared`.
+
+    Raises
+    ------
+    InvariantError
+        A vertex left its plane or its ridge, a corner or an interface changed, or the area of
+        a patch.
+    """
+    here = np.flatnonzero(origin >= 0)
+    skin = adjacency.distinct(before.skin)
+    corners = skin[slide.guide[skin, 0] == FIXED]
+    if not np.isin(corners, origin[here]).all():
+        raise InvariantError("a vertex of the boundary vanished that may not move")
+    guide = slide.guide[origin[here]]
+    moved = worked.points[here] - before.points[origin[here]]
+    part = np.einsum("ij,ij->i", moved, guide[:, 1:])
+    along = part[:, None] * guide[:, 1:]
+    off = np.where((guide[:, 0] == LINE)[:, None], moved - along, along)
+    off[guide[:, 0] == FIXED] = moved[guide[:, 0] == FIXED]
+    off = off[np.isin(origin[here], skin)]
+    extent = float(np.ptp(before.points[skin], axis=0).max())
+    if np.any(np.abs(off) > slide.tolerance * extent):
+        raise InvariantError("a vertex of the boundary left its plane or its ridge")
+    if np.any(patch < 0):
+        raise InvariantError("a facet of the boundary belongs to no plane of it")
+    old = _areas(before.points, slide.facets, slide.patch)
+    new = _areas(worked.points, _outer(worked), patch)
+    total = old.sum()
+    old = np.concatenate([old, np.zeros(max(0, len(new) - len(old)))])
+    new = np.concatenate([new, np.zeros(max(0, len(old) - len(new)))])
+    if before.dimension == 3 and np.any(
+        np.abs(old - new) > (VOLUME_TOLERANCE + slide.tolerance) * total
+    ):
+        raise InvariantError("the area of a plane of the boundary changed")
+
+
+def _outer(simplices: Simplices) -> Array:
+    """Facets of the skin that bound one cell only."""
+    keys = adjacency.row_ids(simplices.skin, len(simplices.points))
+    _, inverse, count = np.unique(keys, return_inverse=True, return_counts=True)
+    return simplices.skin[count[inverse] == 1]
+
+
+def _areas(points: Array, facets: Array, patch: Array) -> Array:
+    """Area, or length, of each patch."""
+    a, b = points[facets[:, 0]], points[facets[:, 1]]
+    if facets.shape[1] == 2:
+        size = np.linalg.norm(b - a, axis=1)
+    else:
+        size = np.linalg.norm(np.cross(b - a, points[facets[:, 2]] - a), axis=1) / 2.0
+    return np.bincount(patch, weights=size)
+
+
+def _volumes(mesh: Simplices) -> Array:
+    """Volume of each region."""
+    corners = mesh.points[mesh.cells] - mesh.points[mesh.cells[:, :1]]
+    if mesh.dimension == 2:
+        volume = np.cross(corners[:, 1], corners[:, 2])[:, 2] / 2.0
+    else:
+        volume = np.einsum("ij,ij->i", np.cross(corners[:, 1], corners[:, 2]), corners[:, 3]) / 6.0
+    return np.bincount(mesh.region, weights=volume)

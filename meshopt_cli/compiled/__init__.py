@@ -1,0 +1,1 @@
+"""Functions to machine code: compiled by numba once, loaded without it after that."""

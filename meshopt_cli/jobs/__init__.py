@@ -1,0 +1,1 @@
+"""Whole jobs, from mesh to mesh or from file to verdict."""

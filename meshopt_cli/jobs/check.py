@@ -1,0 +1,163 @@
+"""The check of many files: what there is to do for each, and in which process."""
+
+from __future__ import annotations
+
+import glob
+import logging
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..errors import EXIT_BAD_MESH, EXIT_DONE, EXIT_FILES, MeshoptError, ReadError
+from ..mesh.model import Mesh, dimension_of
+from ..report.verdict import Verdict
+from ..validity import Gates, Report, check, choose
+from ..validity.limits import families_of
+from ..validity.study import family_of
+from .findings import verdict_on
+
+# Files smaller than this together are not worth another process.
+SMALL = 4 << 20
+# Limits that stand for one quantity in the plane and another in space: one of them is idle.
+PAIRED = ("M402",)
+DEFAULT_NAME = "Q"
+
+log = logging.getLogger("meshopt")
+
+
+@dataclass(frozen=True)
+class Task:
+    """What to look for in every file, and how much to tell."""
+
+    select: tuple[str, ...]
+    ignore: tuple[str, ...]
+    extend: tuple[str, ...]
+    gates: Gates
+    tolerance: float | None
+    limit: int | None
+    mark: Path | None
+    verbosity: int
+
+    @property
+    def checked(self) -> tuple[str, ...]:
+        """Codes of the rules that are looked for."""
+        extend = (*self.extend, *self.gates.codes)
+        return tuple(rule.code for rule in choose(self.select, self.ignore, extend))
+
+
+def files_in(paths: tuple[Path, ...]) -> list[Path]:
+    """The files that paths stand for: those of folders, and those that patterns match.
+
+    Raises
+    ------
+    ReadError
+        A folder without meshes, or a pattern that nothing matches.
+    """
+    from ..formats import FORMATS
+
+    extensions = {extension for row in FORMATS.values() for extension in row.extensions}
+    found: dict[Path, None] = {}
+    for path in paths:
+        if path.is_dir():
+            inside = sorted(p for p in path.rglob("*") if p.suffix.lower() in extensions)
+            inside = [p for p in inside if p.is_file()]
+            if not inside:
+                raise ReadError(f"{path}: the folder holds no mesh file")
+        elif glob.has_magic(str(path)) and not path.exists():
+            inside = [Path(name) for name in sorted(glob.glob(str(path), recursive=True))]
+            inside = [p for p in inside if p.is_file()]
+            if not inside:
+                raise ReadError(f"{path}: no file matches")
+        else:
+            inside = [path]
+        found.update(dict.fromkeys(inside))
+    return list(found)
+
+
+def examine(path: Path, task: Task) -> Verdict:
+    """Read one file and look for all that makes it invalid."""
+    from .. import formats
+
+    checked = task.checked
+    try:
+        mesh, source = formats.read(path)
+    except MeshoptError as error:
+        return Verdict(str(path), error.exit_status, error=str(error))
+    try:
+        report: Report = check(
+            mesh,
+            task.select,
+            task.ignore,
+            task.gates,
+            extend=task.extend,
+            tolerance=task.tolerance,
+        )
+        if task.mark is not None:
+            from .marking import write_marks
+
+            write_marks(task.mark, source, mesh, report)
+    except MeshoptError as error:
+        text = str(error) if task.mark and str(task.mark) in str(error) else f"{path}: {error}"
+        return Verdict(str(path), error.exit_status, error=text)
+    _warn_of_idle_gates(path, mesh, task.gates)
+    status, error_text = (EXIT_DONE if report.is_valid else EXIT_BAD_MESH), ""
+    if mesh.dimension() < 2:
+        status, error_text = EXIT_BAD_MESH, f"{path}: no triangles or tetrahedra to check"
+    return verdict_on(path, source, mesh, report, status, checked, task.limit, error_text)
+
+
+def _warn_of_idle_gates(path: Path, mesh: Mesh, gates: Gates) -> None:
+    """Say which limits are on a quantity that no cell of the mesh has."""
+    top = mesh.dimension()
+    families = {family_of(b) for b in mesh.blocks if len(b.cells) and dimension_of(b.type) == top}
+    names = [x.quantity for x in gates.limits if x.code not in PAIRED]
+    if gates.fail_above is not None:
+        names.append(gates.measure or DEFAULT_NAME)
+    for name in dict.fromkeys(names):
+        if families and not families & set(families_of(name)):
+            kinds = ", ".join(sorted(families))
+            log.warning("%s: no gate on %s holds for cells of type %s", path, name, kinds)
+
+
+def examine_all(
+    paths: list[Path], task: Task, jobs: int | None, set_up: Callable[[int], None]
+) -> Iterator[Verdict]:
+    """Verdicts on all files in their order, from as many processes as it is worth.
+
+    Parameters
+    ----------
+    set_up : callable
+        Called first in every process, with the verbosity: it says where the log goes.
+    """
+    n_processes = min(_jobs(paths) if jobs is None else jobs, len(paths))
+    if n_processes <= 1:
+        yield from (examine(path, task) for path in paths)
+        return
+    pool = ProcessPoolExecutor(n_processes, initializer=set_up, initargs=(task.verbosity,))
+    try:
+        pending = [(path, pool.submit(examine, path, task)) for path in paths]
+        for path, future in pending:
+            try:
+                yield future.result()
+            except BrokenProcessPool:
+                text = f"{path}: the process that checked it was killed: try --jobs 1"
+                yield Verdict(str(path), EXIT_FILES, error=text)
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _jobs(paths: list[Path]) -> int:
+    total = 0
+    for path in paths:
+        try:
+            total += path.stat().st_size
+        except OSError:
+            continue
+    if len(paths) < 2 or total < SMALL:
+        return 1
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

@@ -1,0 +1,1 @@
+"""What lies around a vertex or an edge: balls, shells, stars."""

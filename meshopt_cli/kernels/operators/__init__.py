@@ -1,0 +1,1 @@
+"""What changes a mesh: simulate, apply and sweep of each operator."""

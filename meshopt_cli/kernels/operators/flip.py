@@ -1,0 +1,135 @@
+"""Edge swapping in the plane (18.4.2): the other diagonal of two triangles."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from ...compiled.decorators import entry, kernel
+from ..accept import MEAN, is_accepted, mean_falls
+from ..cavity import link
+from ..gather.ball import touch
+from ..gather.shell import is_required
+from ..journal import keep
+from ..shape.simplex import tri_quality
+from ..tables import TRI_FACETS
+from ..types import APPLIED, FIXED, INVALID, NOT_BETTER
+from ..vectors import at
+
+
+class FlipPlan(NamedTuple):
+    """A simulated flip: triangles (a, b, c) and (b, a, d) become (a, d, c) and (d, b, c)."""
+
+    verdict: int
+    one: int  # handle of the edge in the first triangle
+    other: int  # and in the second
+    q_one: float
+    q_other: float
+
+
+@kernel
+def simulate_flip(mesh, handle, rule, floor):
+    """Put the edge between the apexes of two triangles in place of their common one."""
+    cell = handle >> 2
+    local = handle & 3
+    beyond = mesh.neighbours[cell, local]
+    if beyond < 0:
+        return FlipPlan(FIXED, handle, beyond, 0.0, 0.0)
+    a = mesh.cells[cell, (local + 1) % 3]
+    b = mesh.cells[cell, (local + 2) % 3]
+    if is_required(mesh, a, b):
+        return FlipPlan(FIXED, handle, beyond, 0.0, 0.0)
+    pa = at(mesh.points, a)
+    pb = at(mesh.points, b)
+    pc = at(mesh.points, mesh.cells[cell, local])
+    pd = at(mesh.points, mesh.cells[beyond >> 2, beyond & 3])
+    q_one = tri_quality(mesh.measure, pa, pd, pc)
+    q_other = tri_quality(mesh.measure, pd, pb, pc)
+    before = min(mesh.quality[cell], mesh.quality[beyond >> 2])
+    after = min(q_one, q_other)
+    verdict = APPLIED
+    if after <= 0.0:
+        verdict = INVALID
+    elif not is_accepted(rule, floor, before, after) or (
+        rule == MEAN
+        and not mean_falls(
+            1.0 / mesh.quality[cell] + 1.0 / mesh.quality[beyond >> 2], 1.0 / q_one + 1.0 / q_other
+        )
+    ):
+        verdict = NOT_BETTER
+    return FlipPlan(verdict, handle, beyond, q_one, q_other)
+
+
+@kernel
+def apply_flip(mesh, plan, scratch):
+    """Carry out a simulated flip."""
+    one = plan.one >> 2
+    other = plan.other >> 2
+    for cell in (one, other):
+        keep(mesh, cell, scratch)
+        for k in range(3):
+            if mesh.neighbours[cell, k] >= 0:
+                keep(mesh, mesh.neighbours[cell, k] >> 2, scratch)
+    i = plan.one & 3
+    j = plan.other & 3
+    a = mesh.cells[one, (i + 1) % 3]
+    b = mesh.cells[one, (i + 2) % 3]
+    c = mesh.cells[one, i]
+    d = mesh.cells[other, j]
+    beyond_bc = mesh.neighbours[one, (i + 1) % 3]
+    beyond_ca = mesh.neighbours[one, (i + 2) % 3]
+    beyond_ad = mesh.neighbours[other, (j + 1) % 3]
+    beyond_db = mesh.neighbours[other, (j + 2) % 3]
+    mesh.cells[one, 0] = a
+    mesh.cells[one, 1] = d
+    mesh.cells[one, 2] = c
+    mesh.cells[other, 0] = d
+    mesh.cells[other, 1] = b
+    mesh.cells[other, 2] = c
+    mesh.neighbours[one, 0] = 4 * other + 1
+    mesh.neighbours[other, 1] = 4 * one
+    mesh.neighbours[one, 1] = -1
+    mesh.neighbours[one, 2] = -1
+    mesh.neighbours[other, 0] = -1
+    mesh.neighbours[other, 2] = -1
+    link(mesh, 4 * one + 1, beyond_ca)
+    link(mesh, 4 * one + 2, beyond_ad)
+    link(mesh, 4 * other, beyond_bc)
+    link(mesh, 4 * other + 2, beyond_db)
+    mesh.vertex_cell[a] = one
+    mesh.vertex_cell[b] = other
+    mesh.vertex_cell[c] = one
+    mesh.vertex_cell[d] = one
+    mesh.quality[one] = plan.q_one
+    mesh.quality[other] = plan.q_other
+    touch(mesh, one)
+    touch(mesh, other)
+
+
+@entry
+def sweep_flip(mesh, order, how, scratch, counts):
+    """Try the three edges of each triangle in turn; see `swap.sweep_swap`."""
+    for i in range(order.shape[0]):
+        cell = order[i]
+        if not mesh.alive[cell]:
+            continue
+        best = -1
+        best_worst = -math.inf
+        for local in range(3):
+            if (
+                mesh.vertex_clock[mesh.cells[cell, TRI_FACETS[local, 0]]] <= how.since
+                or mesh.vertex_clock[mesh.cells[cell, TRI_FACETS[local, 1]]] <= how.since
+            ):
+                continue
+            plan = simulate_flip(mesh, 4 * cell + local, how.rule, how.floor)
+            counts[plan.verdict] += plan.verdict != APPLIED
+            worst = min(plan.q_one, plan.q_other)
+            if plan.verdict == APPLIED and worst > best_worst:
+                best = local
+                best_worst = worst
+                if not how.pick_best:
+                    break
+        if best >= 0:
+            plan = simulate_flip(mesh, 4 * cell + best, how.rule, how.floor)
+            apply_flip(mesh, plan, scratch)
+            counts[APPLIED] += 1

@@ -1,0 +1,132 @@
+"""Degree relaxation (18.4.2): swaps that bring the degrees of the vertices nearer to the best.
+
+The sum of the squared differences between degree and target must fall, and the worst q of
+the patch may not fall below a floor.
+"""
+
+from __future__ import annotations
+
+from ...compiled.decorators import entry, kernel
+from ..tables import TET_EDGES
+from ..types import NOT_BETTER
+from .flip import apply_flip, simulate_flip
+from .swap import APPLIED, NOT_VISITED, apply_swap, simulate_edge_removal, simulate_face_swap
+
+
+@kernel
+def raise_degree(degree, target, vertex, by):
+    """Change a degree by one; returns by how much its squared difference rises."""
+    before = degree[vertex] - target[vertex]
+    degree[vertex] += by
+    after = degree[vertex] - target[vertex]
+    return after * after - before * before
+
+
+@kernel
+def change_ring(degree, target, a, b, n, by, scratch):
+    """Change the degrees as the planned removal of the edge a b does (by = 1), or back (-1)."""
+    rise = raise_degree(degree, target, a, -by) + raise_degree(degree, target, b, -by)
+    stack = scratch.facets
+    stack[0, 0] = 0
+    stack[0, 1] = n - 1
+    waiting = 1
+    while waiting > 0:
+        waiting -= 1
+        i = stack[waiting, 0]
+        j = stack[waiting, 1]
+        if j - i < 2:
+            continue
+        if j - i < n - 1:
+            rise += raise_degree(degree, target, scratch.ring[i], by)
+            rise += raise_degree(degree, target, scratch.ring[j], by)
+        k = scratch.split[i, j]
+        stack[waiting, 0] = i
+        stack[waiting, 1] = k
+        stack[waiting + 1, 0] = k
+        stack[waiting + 1, 1] = j
+        waiting += 2
+    return rise
+
+
+@kernel
+def relax_edge(mesh, cell, edge, how, degree, target, scratch):
+    """Remove an edge of a tet when the degrees gain by it; returns the verdict."""
+    plan = simulate_edge_removal(mesh, 8 * cell + edge, how.rule, how.floor, scratch)
+    if plan.verdict != APPLIED:
+        return plan.verdict
+    a = mesh.cells[cell, TET_EDGES[edge, 0]]
+    b = mesh.cells[cell, TET_EDGES[edge, 1]]
+    if change_ring(degree, target, a, b, plan.n_old, 1, scratch) >= 0:
+        change_ring(degree, target, a, b, plan.n_old, -1, scratch)
+        return NOT_BETTER
+    apply_swap(mesh, plan, scratch)
+    return APPLIED
+
+
+@kernel
+def relax_face(mesh, cell, local, how, degree, target, scratch):
+    """Put an edge in place of a face of a tet when the degrees gain by it."""
+    plan = simulate_face_swap(mesh, 4 * cell + local, how.rule, how.floor, scratch)
+    if plan.verdict != APPLIED:
+        return plan.verdict
+    beyond = mesh.neighbours[cell, local]
+    d = mesh.cells[cell, local]
+    e = mesh.cells[beyond >> 2, beyond & 3]
+    rise = raise_degree(degree, target, d, 1) + raise_degree(degree, target, e, 1)
+    if rise >= 0:
+        degree[d] -= 1
+        degree[e] -= 1
+        return NOT_BETTER
+    apply_swap(mesh, plan, scratch)
+    return APPLIED
+
+
+@kernel
+def relax_flip(mesh, cell, local, how, degree, target, scratch):
+    """Flip an edge of a triangle when the degrees gain by it."""
+    plan = simulate_flip(mesh, 4 * cell + local, how.rule, how.floor)
+    if plan.verdict != APPLIED:
+        return plan.verdict
+    a = mesh.cells[cell, (local + 1) % 3]
+    b = mesh.cells[cell, (local + 2) % 3]
+    c = mesh.cells[cell, local]
+    d = mesh.cells[plan.other >> 2, plan.other & 3]
+    rise = raise_degree(degree, target, a, -1) + raise_degree(degree, target, b, -1)
+    rise += raise_degree(degree, target, c, 1) + raise_degree(degree, target, d, 1)
+    if rise >= 0:
+        degree[a] += 1
+        degree[b] += 1
+        degree[c] -= 1
+        degree[d] -= 1
+        return NOT_BETTER
+    apply_flip(mesh, plan, scratch)
+    return APPLIED
+
+
+@entry
+def sweep_relax(mesh, order, how, degree, target, scratch, counts):
+    """Try the swaps of each cell in turn.
+
+    Parameters
+    ----------
+    how : swap.Swap
+    degree, target : (np,) float64
+        Degree of each vertex, kept up to date, and what it should be.
+    """
+    tets = mesh.cells.shape[1] == 4
+    for i in range(order.shape[0]):
+        cell = order[i]
+        if not mesh.alive[cell]:
+            continue
+        for handle in range(10 if tets else 3):
+            if not tets:
+                verdict = relax_flip(mesh, cell, handle, how, degree, target, scratch)
+            elif handle < 6:
+                verdict = relax_edge(mesh, cell, handle, how, degree, target, scratch)
+            else:
+                verdict = relax_face(mesh, cell, handle - 6, how, degree, target, scratch)
+            if verdict == NOT_VISITED:
+                continue
+            counts[verdict] += 1
+            if verdict == APPLIED:
+                break

@@ -1,0 +1,1 @@
+"""Searches over many cells or points at once."""

@@ -1,0 +1,1 @@
+"""Formulas of one cell: measures, angles, types."""

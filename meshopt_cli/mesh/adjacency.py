@@ -1,0 +1,167 @@
+"""Neighbours, boundary, edges and degrees of simplicial meshes, vectorised in numpy.
+
+Everything here takes cells as an (ne, d + 1) array and knows nothing of files or kernels.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..kernels.tables import TET_EDGES, TET_FACETS, TRI_EDGES, TRI_FACETS
+
+Array = np.ndarray
+
+
+def facet_table(cells: Array) -> Array:
+    """Local vertices of the facets of a triangle or a tet, by the width of the cells."""
+    return TET_FACETS if cells.shape[1] == 4 else TRI_FACETS
+
+
+def edge_table(cells: Array) -> Array:
+    """Local ends of the edges of a triangle or a tet, (n_edges, 2)."""
+    return (TET_EDGES if cells.shape[1] == 4 else TRI_EDGES)[:, :2]
+
+
+def row_keys(rows: Array, n_points: int) -> Array:
+    """One sortable int64 a row of vertex numbers, the same whatever their order.
+
+    Parameters
+    ----------
+    rows : (n, k) int64, k <= 3
+        Vertices in [0, n_points), which must be below 2**21 for k = 3.
+    """
+    rows = np.sort(rows, axis=1)
+    key = rows[:, 0].astype(np.int64)
+    for k in range(1, rows.shape[1]):
+        key = key * n_points + rows[:, k]
+    return key
+
+
+def row_ids(rows: Array, n_points: int) -> Array:
+    """A number a row, equal for rows with the same vertices; works for any count of points."""
+    if n_points ** rows.shape[1] < 2**62:
+        return row_keys(rows, n_points)
+    # Too many points for one word: number the leading pairs first.
+    rows = np.sort(rows, axis=1)
+    head = rows[:, 0].astype(np.int64) * n_points + rows[:, 1]
+    for k in range(2, rows.shape[1]):
+        _, head = np.unique(head, return_inverse=True)
+        head = head * n_points + rows[:, k]
+    return head
+
+
+def canonical(rows: Array, n_points: int) -> Array:
+    """The rows as a set: equal for the same rows in any order, turned in any way."""
+    if n_points ** rows.shape[1] < 2**62:
+        return np.sort(row_keys(rows, n_points))
+    return distinct_rows(np.sort(rows, axis=1))[0]
+
+
+def distinct(values: Array) -> Array:
+    """Each integer once, ascending: `np.unique`, which hashes by now, in a tenth of the time."""
+    ordered = np.sort(values, axis=None)
+    is_new = np.ones(len(ordered), dtype=bool)
+    is_new[1:] = ordered[1:] != ordered[:-1]
+    return ordered[is_new]
+
+
+def distinct_rows(rows: Array) -> tuple[Array, Array, Array]:
+    """Each row once, in the order of their first columns, then of the next.
+
+    `np.unique` does the same along an axis, in several times the time.
+
+    Parameters
+    ----------
+    rows : (n, k)
+
+    Returns
+    -------
+    distinct : (m, k)
+    number : (n,) int64
+        Place of each row in `distinct`.
+    count : (m,) int64
+        How often each is there.
+    """
+    order = np.lexsort(rows.T[::-1])
+    ordered = rows[order]
+    is_new = np.ones(len(rows), dtype=bool)
+    is_new[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    number = np.empty(len(rows), dtype=np.int64)
+    number[order] = np.cumsum(is_new) - 1
+    start = np.flatnonzero(is_new)
+    return ordered[start], number, np.diff(start, append=len(rows))
+
+
+def is_used(cells: Array, n_points: int) -> Array:
+    """Whether each point is a vertex of a cell, (np,)."""
+    used = np.zeros(n_points, dtype=bool)
+    used[cells.ravel()] = True
+    return used
+
+
+def facets(cells: Array) -> Array:
+    """All facets, (ne * (d + 1), d): facet k of cell i is row `i * (d + 1) + k`."""
+    table = facet_table(cells)
+    return cells[:, table].reshape(-1, table.shape[1])
+
+
+def neighbours(cells: Array, region: Array, n_points: int, cuts: Array | None = None) -> Array:
+    """What lies beyond each facet, as packed handles.
+
+    Parameters
+    ----------
+    region : (ne,) int64
+        Cells of different regions are no neighbours.
+    cuts : (n, d) int64, optional
+        Facets that count as boundary although they lie inside.
+
+    Returns
+    -------
+    neighbours : (ne, d + 1) int64
+        `4 * cell + local` of the facet on the other side, -1 where there is none. A facet
+        shared by more than two cells has none.
+    """
+    n_cells, width = cells.shape
+    rows = facets(cells)
+    if cuts is not None and len(cuts):
+        ids = row_ids(np.concatenate([rows, cuts]), n_points)
+        ids, cut_ids = ids[: len(rows)], ids[len(rows) :]
+    else:
+        ids, cut_ids = row_ids(rows, n_points), np.empty(0, np.int64)
+    # Which of two equal facets comes first does not matter: they become each other's neighbour.
+    order = np.argsort(ids)
+    ids = ids[order]
+    same = np.concatenate([[False], ids[1:] == ids[:-1], [False]])
+    # A pair is a run of exactly two equal ids.
+    first = np.flatnonzero(same[1:-1] & ~same[:-2] & ~same[2:])
+    one, other = order[first], order[first + 1]
+    keep = region[one // width] == region[other // width]
+    if len(cut_ids):
+        keep &= ~np.isin(ids[first], cut_ids)
+    one, other = one[keep], other[keep]
+    result = np.full(n_cells * width, -1, dtype=np.int64)
+    result[one] = 4 * (other // width) + other % width
+    result[other] = 4 * (one // width) + one % width
+    return result.reshape(n_cells, width)
+
+
+def boundary_facets(cells: Array, beyond: Array) -> Array:
+    """Facets without a neighbour, (n, d), turned as their cells turn them."""
+    return facets(cells)[beyond.ravel() < 0]
+
+
+def edges_of_triangles(triangles: Array) -> Array:
+    """The three edges of each triangle, (3 n, 2), those of a mesh twice."""
+    return triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+
+
+def edges(cells: Array, n_points: int) -> Array:
+    """Every edge once, (n, 2), sorted."""
+    ends = cells[:, edge_table(cells)].reshape(-1, 2)
+    key = distinct(row_keys(ends, n_points))
+    return np.stack([key // n_points, key % n_points], axis=1)
+
+
+def degrees(cells: Array, n_points: int) -> Array:
+    """Number of edges at each vertex, (np,) int64 (Definition 18.7)."""
+    return np.bincount(edges(cells, n_points).ravel(), minlength=n_points)

@@ -1,0 +1,1 @@
+"""From options to a pipeline of passes, and its run."""

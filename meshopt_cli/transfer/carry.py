@@ -1,0 +1,285 @@
+"""Arrays of the input on the cells and vertices of the result.
+
+A vertex that moved or is new takes its value from the linear (P1) interpolation of the
+input, a new cell the value of the input's cell that holds its centre. Both are found by
+point location (18.1.3) inside the region; what did not change keeps every bit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from ..kernels.search.locate import Grid, locate
+from ..mesh.model import (
+    CORNER,
+    DIM_TAGS,
+    FLAGS,
+    GEOMETRICAL,
+    NORMAL,
+    REF,
+    REQUIRED,
+    TAG_NAMES,
+    TANGENT,
+    Array,
+    Block,
+    Mesh,
+    Simplices,
+    main_blocks,
+    main_type,
+    regions_of,
+    tags_of,
+    with_depth,
+)
+
+# What goes with the vertex, not with the place, and what a new vertex gets.
+VERTEX_TAGS = {REF: 0, DIM_TAGS: 0, CORNER: 0, REQUIRED: 0, NORMAL: np.nan, TANGENT: np.nan}
+
+CELLS_PER_BOX = 4  # of the control grid, on the average
+
+
+def carry(
+    mesh: Mesh,
+    result: Mesh,
+    before: Simplices,
+    origin: Array,
+    with_data: bool = True,
+) -> tuple[Mesh, list[str]]:
+    """Give a result the arrays of the mesh that it was made from.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        What was read.
+    result : Mesh
+        What `with_simplices` made of it, with the tags that make regions.
+    before : Simplices
+        What `cast` gives for `mesh`.
+    origin : (np',) int64
+        The point of `mesh` that each point of `result` was, -1 for a new one.
+    with_data : bool
+        Whether to carry anything but tags.
+
+    Returns
+    -------
+    mesh : Mesh
+        With all arrays, in their order; integers come from the nearest vertex.
+    dropped : list of str
+        Arrays without a meaning on the result: of something else than numbers, or of
+        whole numbers on a part of the cells of a region.
+    """
+    if not with_data:
+        tags = {*TAG_NAMES, *FLAGS, *tags_of(main_blocks(mesh, main_type(mesh)), mesh.regions)}
+        mesh, result = _with_tags_only(mesh, tags), _with_tags_only(result, tags)
+    after = _Cells(result)
+    point_data, dropped = _carry_point_data(mesh, result, before, after, origin)
+    blocks, more = _carry_cell_data(mesh, result, before, after, origin)
+    result = replace(result, point_data=point_data, blocks=blocks)
+    _classify_new_points(result, after, origin)
+    return result, sorted({*dropped, *more})
+
+
+class _Cells:
+    """The cells of a result, in the order of its blocks, and their regions, once wanted."""
+
+    def __init__(self, result: Mesh) -> None:
+        self._blocks = main_blocks(result, main_type(result))
+        self._regions = result.regions
+
+    @cached_property
+    def cells(self) -> Array:
+        return np.concatenate([block.cells for block in self._blocks])
+
+    @cached_property
+    def region(self) -> Array:
+        return regions_of(self._blocks, self._regions)
+
+
+def _with_tags_only(mesh: Mesh, tags: set[str]) -> Mesh:
+    point_data = {n: values for n, values in mesh.point_data.items() if n in VERTEX_TAGS}
+    blocks = [
+        replace(block, data={n: values for n, values in block.data.items() if n in tags})
+        for block in mesh.blocks
+    ]
+    return replace(mesh, point_data=point_data, blocks=blocks)
+
+
+def find(before: Simplices, queries: Array, region: Array) -> tuple[Array, Array]:
+    """Find the cells of a mesh in which points lie.
+
+    Parameters
+    ----------
+    queries : (n, 3) float64
+        In the plane of a planar mesh, as `Simplices.points` are.
+    region : (n,) int64
+        The region to look in for each.
+
+    Returns
+    -------
+    cells : (n,) int64
+        -1 where there is no such region.
+    weights : (n, d + 1) float64
+        Barycentric coordinates, of sum 1; those of the nearest place for points outside.
+    """
+    found = np.empty(len(queries), np.int64)
+    weights = np.empty((len(queries), before.cells.shape[1]))
+    if len(queries):
+        locate(
+            before.points, before.cells, before.neighbours, before.region, control_grid(before),
+            np.ascontiguousarray(queries), np.ascontiguousarray(region), found, weights,
+        )  # fmt: skip
+    return found, weights
+
+
+def control_grid(mesh: Simplices) -> Grid:
+    """Sort the cells of a mesh into boxes by their centres."""
+    centres = mesh.points[mesh.cells].mean(axis=1)
+    low, extent = centres.min(axis=0), np.ptp(centres, axis=0)
+    longest = float(extent.max()) or 1.0
+    # A flat mesh has one layer of boxes, and no direction more boxes than there are cells.
+    wide = extent > 1e-3 * longest
+    n_boxes = max(len(centres) / CELLS_PER_BOX, 1.0)
+    share = float(np.prod(extent[wide] / longest)) / n_boxes
+    step = longest * max(share ** (1.0 / max(int(wide.sum()), 1)), 1.0 / n_boxes)
+    shape = (extent / step).astype(np.int64) + 1
+    place = np.minimum(((centres - low) / step).astype(np.int64), shape - 1)
+    box = (place[:, 0] * shape[1] + place[:, 1]) * shape[2] + place[:, 2]
+    first = np.concatenate([[0], np.cumsum(np.bincount(box, minlength=int(np.prod(shape))))])
+    return Grid(low, step, shape, first, np.argsort(box, kind="stable"))
+
+
+def _is_moved(mesh: Mesh, result: Mesh, origin: Array) -> Array:
+    """Whether each point of a result is new or lies elsewhere than in the input."""
+    moved = origin < 0
+    moved[~moved] = np.any(result.points[~moved] != mesh.points[origin[~moved]], axis=1)
+    return moved
+
+
+def _carry_point_data(
+    mesh: Mesh, result: Mesh, before: Simplices, after: _Cells, origin: Array
+) -> tuple[dict[str, Array], list[str]]:
+    dropped = [n for n, values in mesh.point_data.items() if values.dtype.kind not in "fiub"]
+    names = [name for name in mesh.point_data if name not in dropped]
+    carried = {name: mesh.point_data[name][origin] for name in names}
+    for name in names:
+        if name in VERTEX_TAGS:
+            carried[name][origin < 0] = VERTEX_TAGS[name]
+    if not set(names) - set(VERTEX_TAGS):
+        return carried, dropped
+    moved = _is_moved(mesh, result, origin)
+    region = np.zeros(len(moved), np.int64)
+    region[after.cells.ravel()] = np.repeat(after.region, after.cells.shape[1])
+    used = np.zeros(len(moved), bool)
+    used[after.cells] = True
+    rows = np.flatnonzero(moved & used)
+    places = _places(before, result, rows)
+    found, weights = find(before, places, region[rows])
+    corners = before.cells[found]
+    nearest = corners[np.arange(len(rows)), np.argmax(weights, axis=1)] if len(rows) else rows
+    for name in names:
+        values = mesh.point_data[name]
+        if name in VERTEX_TAGS:
+            continue
+        if values.dtype.kind == "f":
+            at_corners = values[corners].astype(np.float64)
+            carried[name][rows] = np.einsum("ij,ij...->i...", weights, at_corners)
+        else:
+            carried[name][rows] = values[nearest]
+    return carried, dropped
+
+
+def _places(before: Simplices, result: Mesh, rows: Array) -> Array:
+    """Points of a result where `before` has its own: in its plane, if it has one."""
+    points = with_depth(result.points[rows])
+    return points if before.frame is None else before.frame.flatten(points)
+
+
+def _carry_cell_data(
+    mesh: Mesh, result: Mesh, before: Simplices, after: _Cells, origin: Array
+) -> tuple[list[Block], list[str]]:
+    cell_type = main_type(mesh)
+    old_blocks, new_blocks = main_blocks(mesh, cell_type), main_blocks(result, cell_type)
+    names = dict.fromkeys(name for block in old_blocks for name in block.data)
+    waiting = [n for n in names if any(n not in block.data for block in new_blocks)]
+    if not waiting:
+        return result.blocks, []
+    donors = _donors(mesh, result, before, after, origin)
+    data: list[dict[str, Array]] = [dict(block.data) for block in new_blocks]
+    ends = np.cumsum([len(block.cells) for block in new_blocks])
+    parts = [donors[e - len(b.cells) : e] for e, b in zip(ends, new_blocks, strict=True)]
+    dropped = []
+    for name in waiting:
+        values, here = _joined(old_blocks, name)
+        if values is None or not all(
+            values.dtype.kind == "f" or here[part].all() or not here[part].any() for part in parts
+        ):
+            dropped.append(name)
+            continue
+        for own, part in zip(data, parts, strict=True):
+            if here[part].any():
+                own[name] = values[part]
+    ordered = iter({n: own[n] for n in names if n in own} for own in data)
+    blocks = [
+        replace(b, data=next(ordered)) if b.type == cell_type and len(b.cells) else b
+        for b in result.blocks
+    ]
+    return blocks, dropped
+
+
+def _joined(blocks: list[Block], name: str) -> tuple[Array | None, Array]:
+    """An array over all blocks, NaN where it is not, and where it is.
+
+    It is None where the blocks do not agree on its shape, or it is not of numbers.
+    """
+    here = np.concatenate([np.full(len(b.cells), name in b.data) for b in blocks])
+    some = [block.data[name] for block in blocks if name in block.data]
+    if len({a.shape[1:] for a in some}) != 1 or any(a.dtype.kind not in "fiub" for a in some):
+        return None, here
+    kind = np.result_type(*some)
+    values = np.full((len(here), *some[0].shape[1:]), np.nan if kind.kind == "f" else 0, kind)
+    values[here] = np.concatenate(some)
+    return values, here
+
+
+def _donors(mesh: Mesh, result: Mesh, before: Simplices, after: _Cells, origin: Array) -> Array:
+    """The cell of the input that each cell of a result takes its values from.
+
+    A cell that is as it was takes its own, any other those of the cell that holds its centre.
+    """
+    donors = np.full(len(after.cells), -1)
+    same = np.flatnonzero(~_is_moved(mesh, result, origin)[after.cells].any(axis=1))
+    donors[same] = _twins(before.cells, origin[after.cells[same]])
+    rows = np.flatnonzero(donors < 0)
+    corners = _places(before, result, after.cells[rows].ravel())
+    centres = corners.reshape(len(rows), after.cells.shape[1], 3).mean(axis=1)
+    donors[rows], _ = find(before, centres, after.region[rows])
+    return donors
+
+
+def _twins(cells: Array, wanted: Array) -> Array:
+    """The cell with the same vertices as each wanted one, -1 where there is none."""
+    # Cells are told apart by the sum of a random number for each vertex, and then looked at.
+    number = np.random.default_rng(0).integers(2**62, size=int(cells.max(initial=0)) + 1)
+    keys = number[cells].sum(axis=1)
+    order = np.argsort(keys)
+    at = np.searchsorted(keys, number[wanted].sum(axis=1), sorter=order)
+    twins = order[np.minimum(at, len(order) - 1)]
+    alike = np.all(np.sort(cells[twins], axis=1) == np.sort(wanted, axis=1), axis=1)
+    return np.where(alike, twins, -1)
+
+
+def _classify_new_points(result: Mesh, after: _Cells, origin: Array) -> None:
+    """Put new points on the entities of their cells, where Gmsh's entities are known."""
+    blocks = main_blocks(result, main_type(result))
+    new = np.flatnonzero(origin < 0)
+    if DIM_TAGS not in result.point_data or not len(new):
+        return
+    if not all(GEOMETRICAL in block.data for block in blocks):
+        return
+    entity = np.zeros(len(origin), np.int64)
+    entities = np.concatenate([block.data[GEOMETRICAL] for block in blocks])
+    entity[after.cells.ravel()] = np.repeat(entities, after.cells.shape[1])
+    dim_tags = result.point_data[DIM_TAGS]
+    dim_tags[new, 0], dim_tags[new, 1] = after.cells.shape[1] - 1, entity[new]
