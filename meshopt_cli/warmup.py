@@ -30,7 +30,7 @@ from .kernels.search.target import best_over_face, estimate_targets
 from .kernels.search.unite import unite
 from .kernels.shape import angles, simplex
 from .kernels.shape.classify import TetType
-from .kernels.types import N_VERDICTS
+from .kernels.types import N_VERDICTS, Judge
 from .mesh.model import Simplices
 from .transfer.carry import find
 from .work.workspace import Workspace
@@ -53,7 +53,7 @@ def one_tet() -> Workspace:
             single=False,
             turned=False,
         ),
-        simplex.ASPECT_RATIO,
+        Judge(simplex.ASPECT_RATIO, 0.0),
     )
 
 
@@ -96,8 +96,8 @@ def compile_basic(work: Workspace) -> None:
     work.changed_vertices(0, 1.0)
     audit(mesh, 0.0)
     faces = mesh.cells[:1, :3]
-    estimate_targets(mesh.measure, mesh.points, np.ascontiguousarray(faces), np.empty(1))
-    best_over_face(mesh.measure, mesh.points, 0, 1, 2)
+    estimate_targets(mesh.judge, mesh.points, np.ascontiguousarray(faces), np.empty(1))
+    best_over_face(mesh.judge, mesh.points, 0, 1, 2)
     angles.angle_range(mesh.points, mesh.cells[:1])
     angles.angle_sums(mesh.points, mesh.cells[:1], np.zeros(4))
     find(work.result()[0], np.zeros((1, 3)), np.zeros(1, np.int64))

@@ -40,7 +40,7 @@ def sample(name: str) -> Simplices:
 def workspace(patch: Mesh | Simplices, measure: str = "aspect-ratio") -> Workspace:
     """A patch as the kernels see it."""
     source = cast(patch) if isinstance(patch, Mesh) else patch
-    return Workspace(source, MEASURES[measure].code, in_order=True)
+    return Workspace(source, MEASURES[measure].judge, in_order=True)
 
 
 def volumes(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
@@ -317,7 +317,7 @@ def assert_whole(work: Workspace) -> None:
     """The mesh passes the audit, its cells are positive, and it knows how good they are."""
     assert audit(work.mesh, 0.0) == (WHOLE, -1)
     rows = work.living()
-    fresh = Workspace(work.result()[0], work.mesh.measure)
+    fresh = Workspace(work.result()[0], work.mesh.judge)
     assert np.all(volumes(work.mesh.points, work.mesh.cells[rows]) > 0)
     stored = np.sort(work.mesh.quality[rows])
     np.testing.assert_allclose(stored, np.sort(fresh.mesh.quality[fresh.living()]), atol=1e-9)

@@ -12,6 +12,7 @@ from builders import tet_grid, tri_grid
 from hypothesis import given
 from hypothesis import strategies as st
 
+from meshopt_cli.handles import DECLARED, INTERFACE, OUTER
 from meshopt_cli.mesh import adjacency
 from meshopt_cli.mesh.model import cast
 
@@ -113,9 +114,9 @@ def test_interfaces_are_boundary(name, data):
     )
     beyond = adjacency.neighbours(cells, region, n)
     plain = adjacency.neighbours(cells, 0 * region, n)
-    across = region[plain >> 2] != region[:, None]
+    across = (plain >= 0) & (region[plain >> 2] != region[:, None])
     assert_mutual(cells, beyond)
-    np.testing.assert_array_equal(beyond, np.where(across, -1, plain))
+    np.testing.assert_array_equal(beyond, np.where(across, INTERFACE, plain))
 
 
 @on_grids
@@ -133,13 +134,27 @@ def test_declared_facets_are_boundary(name, n_points):
     width = cells.shape[1]
     for row, (was, now) in enumerate(zip(plain.ravel(), beyond.ravel(), strict=True)):
         handle = 4 * (row // width) + row % width
-        assert now == (-1 if facet(cells, handle) in cut else was)
+        assert now == (DECLARED if facet(cells, handle) in cut else was)
+
+
+@on_grids
+def test_what_lies_beyond_is_named(name):
+    """A facet that is declared between regions is an interface, one at the end is outer."""
+    cells, _, n = parts(name)
+    region = np.arange(len(cells)) % 2
+    plain = adjacency.neighbours(cells, 0 * region, n)
+    beyond = adjacency.neighbours(cells, region, n, adjacency.facets(cells))
+    assert set(np.unique(plain[plain < 0])) == {OUTER}
+    across = (plain >= 0) & (region[plain >> 2] != region[:, None])
+    expected = np.where(plain < 0, OUTER, np.where(across, INTERFACE, DECLARED))
+    np.testing.assert_array_equal(beyond, expected)
 
 
 def test_facet_of_three_cells():
-    """Cells that crowd at a facet are no neighbours there."""
+    """Cells that crowd at a facet are no neighbours there, nor is the facet outer."""
     cells = np.array([[0, 1, 2], [1, 0, 3], [0, 1, 4]])
-    assert np.all(adjacency.neighbours(cells, np.zeros(3, dtype=int), 5) == -1)
+    beyond = adjacency.neighbours(cells, np.zeros(3, dtype=int), 5)
+    np.testing.assert_array_equal(beyond, [[OUTER, OUTER, INTERFACE]] * 3)
 
 
 def test_lone_cell():

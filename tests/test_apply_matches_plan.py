@@ -159,7 +159,7 @@ def measured(work, rows):
     """q of some cells, from their vertices."""
     q = np.empty(len(rows))
     cells = np.ascontiguousarray(work.mesh.cells[list(rows)])
-    simplex.measure_cells(work.mesh.measure, work.mesh.points, cells, q)
+    simplex.measure_cells(work.mesh.judge, work.mesh.points, cells, q)
     return q
 
 

@@ -105,7 +105,7 @@ def worked_on(one, **request):
     """What a pipeline makes of a mesh: as cast, as worked on, and as put together again."""
     before = cast(one)
     plan = plan_for(Request(**request), before.dimension)
-    worked, origin = plan.pipeline.run(Workspace(before, plan.measure.code)).work.result()
+    worked, origin = plan.pipeline.run(Workspace(before, plan.measure.judge)).work.result()
     return before, worked, with_simplices(one, worked, origin, before)
 
 

@@ -17,8 +17,8 @@ from meshopt_cli.kernels.operators import swap
 from meshopt_cli.kernels.operators.relocate import Relocation
 from meshopt_cli.kernels.search.target import best_over_face, estimate_targets
 from meshopt_cli.kernels.shape import simplex
+from meshopt_cli.kernels.shape.ideal import TET_HEIGHT, TRI_HEIGHT
 from meshopt_cli.kernels.types import APPLIED
-from meshopt_cli.kernels.vectors import TET_HEIGHT, TRI_HEIGHT
 from meshopt_cli.mesh import adjacency
 from meshopt_cli.passes.relax import target_degrees
 from meshopt_cli.passes.smooth import METHODS, RELAXATION, WEIGHTS
@@ -251,7 +251,7 @@ ACCURACY = 1e-3
 def target_of(*corners):
     """Q of the best tet on a triangle."""
     points = np.array(corners, dtype=float)
-    return 1 / best_over_face(ASPECT_RATIO.code, points, 0, 1, 2)
+    return 1 / best_over_face(ASPECT_RATIO.judge, points, 0, 1, 2)
 
 
 def isosceles(height):
@@ -300,7 +300,7 @@ def test_target_of_a_mesh(name):
     every = [target_of(*source.points[face]) for face in faces[:: max(len(faces) // 200, 1)]]
     assert found >= max(every) * (1 - ACCURACY)
     bound = np.empty(len(faces))
-    estimate_targets(ASPECT_RATIO.code, source.points, faces, bound)
+    estimate_targets(ASPECT_RATIO.judge, source.points, faces, bound)
     assert 1 <= found <= (1 / bound).max()
 
 
@@ -468,12 +468,11 @@ def test_no_triangle_is_looked_at_twice(n, monkeypatch):
     """Exercise 18.12: Tr_n triangles are enough, whatever the number of triangulations."""
     seen = []
 
-    def tet_quality(_, p, q, r, apex):
+    def q_of_tet(_, p, q, r, apex):
         seen.append((frozenset((p, q, r)), apex))
         return 0.5 + 1e-3 * len(seen)
 
-    monkeypatch.setattr(swap, "at", lambda points, i: i)
-    monkeypatch.setattr(swap, "tet_quality", tet_quality)
+    monkeypatch.setattr(swap, "q_of_tet", q_of_tet)
     work = ring_of(n, 0)
     search = getattr(swap.triangulate_ring, "py_func", swap.triangulate_ring)
     search(work.mesh, 0, 1, n, 0.0, work.scratch)

@@ -134,7 +134,7 @@ POINTS = {"points", "vertex_cell", "vertex_clock"}
 
 def optimized(source, preset, measure=MEASURE):
     """A mesh after a preset, with the standing before."""
-    work = Workspace(source, measure.code)
+    work = Workspace(source, measure.judge)
     before = work.standing()
     chosen = PRESETS[preset]
     outcome = Pipeline(preset, chosen.build(chosen.stop, source.dimension)).run(work)

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from meshopt_cli.errors import ConfigError
 from meshopt_cli.kernels.shape.angles import ANGLE_Q, angle_range, angle_sums
-from meshopt_cli.kernels.shape.simplex import PERCENT, WITH_ANGLES, measure_cells
+from meshopt_cli.kernels.shape.simplex import ASPECT_RATIO, measure_cells
+from meshopt_cli.kernels.types import Judge
 from meshopt_cli.quality.summary import MEASURES, as_degradation, cell_quality, measure_named
 
 REGULAR = {
@@ -191,12 +192,12 @@ def test_angles(dimension, data):
 def test_a_lenient_measure(times, corners):
     """A Q that is good enough leaves the angles to decide; a worse one is worse than they are."""
 
-    def by(code):
+    def by(lenience):
         q = np.empty(1)
-        measure_cells(code, corners, np.arange(4)[None], q)
+        measure_cells(Judge(ASPECT_RATIO, lenience), corners, np.arange(4)[None], q)
         return float(q[0])
 
-    q, strict, lenient = by(0), by(PERCENT * WITH_ANGLES), by(int(times * PERCENT) * WITH_ANGLES)
+    q, strict, lenient = by(0.0), by(1.0), by(times)
     enough = 1.0 / (times * ANGLE_Q)
     assert 0.0 < strict <= q
     if q >= enough:
@@ -220,7 +221,7 @@ def test_angle_sums(ball, full):
 
 BITS = """
 import numpy as np
-from meshopt_cli.quality import MEASURES, cell_quality
+from meshopt_cli.quality.summary import MEASURES, cell_quality
 points = np.random.default_rng(18).uniform(-1, 1, (400, 3))
 flat = points * [1, 1, 0]
 points[::7, 2] *= 1e-14

@@ -32,12 +32,15 @@ from meshopt_cli.plans.pipeline import (
     Stop,
     WithAngles,
 )
+from meshopt_cli.quality.summary import MEASURES
 from meshopt_cli.work.workspace import Workspace
+
+ASPECT_RATIO = MEASURES["aspect-ratio"].judge
 
 
 @pytest.fixture
 def work():
-    return Workspace(sample("grid.vtk"), 0)
+    return Workspace(sample("grid.vtk"), ASPECT_RATIO)
 
 
 def run(work, *stages, **options):
@@ -120,7 +123,7 @@ def test_late_rounds_visit_what_changed_only(work):
 @pytest.mark.parametrize("name", ["raw_ball.mesh", "quadtree.vtk"])
 def test_a_swap_is_tried_again_where_something_changed_only(name):
     """At the edges and faces between vertices of the ball of one that moved, and no others."""
-    work = Workspace(sample(name), 0)
+    work = Workspace(sample(name), ASPECT_RATIO)
     step = Swap()
     while step.run(work, Silent()).applied:
         pass
@@ -141,7 +144,7 @@ def test_a_swap_is_tried_again_where_something_changed_only(name):
 
 
 def test_a_split_without_promise_is_for_the_urgent_only():
-    work = Workspace(sample("raw_ball.mesh"), 0)
+    work = Workspace(sample("raw_ball.mesh"), ASPECT_RATIO)
     urgent = np.count_nonzero(work.mesh.quality[work.living()] <= 1.5 * work.standing().worst)
     step = Split(below=1.5, promise=1e9)
     assert 0 < step.run(work.copy(), Silent()).applied <= urgent
@@ -151,7 +154,7 @@ def test_a_split_without_promise_is_for_the_urgent_only():
 
 def test_angles_come_first_where_the_worst_is_good_enough():
     """A lenient stage raises the least angle and leaves the worst Q within its limit."""
-    work = Workspace(sample("raw_ball.mesh"), 0, target=2.5)
+    work = Workspace(sample("raw_ball.mesh"), ASPECT_RATIO, target=2.5)
     good = Repeat(Sequence((Smooth(), Swap(), Split())), Stop(rounds=8, gain=1e-3))
     work = run(work, good).work
     mend = Mend(below=ANGLE_Q, max_vertices=2.0)
@@ -160,12 +163,12 @@ def test_angles_come_first_where_the_worst_is_good_enough():
     WithAngles(rounds, lenient=True).run(outcome)
     assert least_angle(outcome.work) > least_angle(work)
     assert outcome.work.standing().worst >= min(work.standing().worst, 1 / (NEAR_TARGET * 2.5))
-    assert outcome.work.measure == outcome.work.mesh.measure == 0
+    assert outcome.work.judge == outcome.work.mesh.judge == ASPECT_RATIO
     assert outcome.work.target == 2.5
 
 
 def test_no_angle_counts_where_the_worst_is_bad(work):
-    bad = Workspace(sample("raw_ball.mesh"), 0)
+    bad = Workspace(sample("raw_ball.mesh"), ASPECT_RATIO)
     assert not run(bad, WithAngles(Sequence((Smooth(),)), lenient=True)).lines
 
 

@@ -65,6 +65,27 @@ def on_sides(points):
 
 @pytest.mark.parametrize("preset", PRESETS)
 @pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("seed", [0, 1])
+def test_an_interface_stays(dimension, preset, seed):
+    """Where two regions meet, every facet and every vertex is as it was: it has two sides."""
+    mesh = box(dimension, 6 if dimension == 2 else 4, seed, amount=0.2)
+    centres = mesh.points[mesh.blocks[0].cells].mean(axis=1)
+    mesh.blocks[0].data = {"gmsh:physical": 8 + (centres[:, 0] > 0.5).astype(np.int64)}
+    result = job.optimize(mesh, pipeline(preset, dimension), MEASURE, slide=TOLERANCE)
+    before, after = cast(mesh), cast(result.mesh)
+
+    def interface(simplices):
+        rows = np.sort(simplices.skin, axis=1)
+        rows, count = np.unique(rows, axis=0, return_counts=True)
+        return np.sort(simplices.points[rows[count == 2]].reshape(-1, 3 * dimension), axis=0)
+
+    assert len(interface(before))
+    np.testing.assert_array_equal(interface(before), interface(after))
+    np.testing.assert_allclose(patches.region_volumes(after), patches.region_volumes(before))
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize("dimension", [2, 3])
 @patches.examples(4)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_a_box_stays_a_box(dimension, preset, seed):
@@ -149,7 +170,7 @@ def test_every_pass_keeps_the_shape(dimension, name):
     mesh = box(dimension, 3, 5)
     source = cast(mesh)
     slide = sliding.find(mesh, source, TOLERANCE)
-    work = Workspace(source, MEASURE.code, slide=slide)
+    work = Workspace(source, MEASURE.judge, slide=slide)
     for _ in range(2):
         PASSES[name]().run(work, Silent())
         patches.assert_whole(work)
@@ -161,7 +182,7 @@ def test_vertices_of_a_plane_collapse():
     """A side that is finer than it need be loses vertices, within its plane."""
     mesh = box(3, 4, 7, amount=0.9)
     source = cast(mesh)
-    work = Workspace(source, MEASURE.code, slide=sliding.find(mesh, source, TOLERANCE))
+    work = Workspace(source, MEASURE.judge, slide=sliding.find(mesh, source, TOLERANCE))
     before = work.n_vertices
     PASSES["collapse"](below=1.0, accept="valid", min_vertices=0.5).run(work, Silent())
     patches.assert_whole(work)

@@ -41,9 +41,10 @@ def _digest() -> str:
     settings = sorted(item for item in os.environ.items() if item[0].startswith("NUMBA_"))
     digest.update(repr((compilers, machine, settings)).encode())
     package = Path(__file__).parent.parent
-    for folder in ("compiled", "kernels"):
-        for source in sorted((package / folder).rglob("*.py")):
-            digest.update(source.name.encode() + source.read_bytes())
+    sources = [package / "handles.py"]
+    sources += [path for room in ("compiled", "kernels") for path in (package / room).rglob("*.py")]
+    for source in sorted(sources):
+        digest.update(source.name.encode() + source.read_bytes())
     return digest.hexdigest()[:16]
 
 

@@ -101,7 +101,7 @@ def optimize(
     others = tuple(MEASURES.values()) if with_all_measures else ()
     before = summarize(source, measure, others)
     sliding = None if slide is None else find(mesh, source, slide)
-    work = Workspace(source, measure.code, before.target, slide=sliding)
+    work = Workspace(source, measure.judge, before.target, slide=sliding)
     outcome = pipeline.run(work, observer)
     if tangle and outcome.work.standing().worst <= 0.0:
         raise InvalidMeshError("it could not be untangled: nothing written", mesh, tangle)

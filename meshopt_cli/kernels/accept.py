@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from ..compiled.decorators import inlined
 
 STRICT, RATIO, FLOOR, VALID, MEAN = range(5)
@@ -15,13 +17,13 @@ FLAT = 1e-8
 
 
 @inlined
-def gained(before):
+def gained(before: float) -> float:
     """The least worst q that counts as a gain over `before`."""
     return before + GAIN * abs(before)
 
 
 @inlined
-def threshold(rule, floor, before):
+def threshold(rule: int, floor: float, before: float) -> float:
     """The worst q that a patch must exceed to be accepted.
 
     A simulation can stop at the first cell that does not.
@@ -45,7 +47,7 @@ def threshold(rule, floor, before):
 
 
 @inlined
-def is_accepted(rule, floor, before, after):
+def is_accepted(rule: int, floor: float, before: float, after: float) -> bool:
     """Whether the worst q of a patch may go from `before` to `after`.
 
     The threshold itself is refused under every rule: a simulation stops there, and does not
@@ -55,6 +57,36 @@ def is_accepted(rule, floor, before, after):
 
 
 @inlined
-def mean_falls(before, after):
+def mean_falls(before: float, after: float) -> bool:
     """Whether `after` counts as a gain over `before`, both the mean Q of a patch."""
     return after < before - MEAN_GAIN * before
+
+
+class Sums(NamedTuple):
+    """Sums of Q over the cells that a change takes away, and over those that it makes."""
+
+    before: float
+    n_before: int
+    after: float
+    n_after: int
+
+
+UNCHANGED = Sums(0.0, 0, 0.0, 0)
+
+
+@inlined
+def without(sums: Sums, q: float) -> Sums:
+    """The sums, once a cell of quality q goes."""
+    return Sums(sums.before + 1.0 / q, sums.n_before + 1, sums.after, sums.n_after)
+
+
+@inlined
+def with_cell(sums: Sums, q: float) -> Sums:
+    """The sums, once a cell of quality q comes."""
+    return Sums(sums.before, sums.n_before, sums.after + 1.0 / q, sums.n_after + 1)
+
+
+@inlined
+def lowers_mean(sums: Sums) -> bool:
+    """Whether the mean Q of what changes falls."""
+    return mean_falls(sums.before / sums.n_before, sums.after / sums.n_after)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from ..compiled.decorators import entry
 from .gather.ball import local_index
-from .types import N_CELLS
+from .types import N_CELLS, SimplexMesh
 
 WHOLE, NOT_POSITIVE, NOT_MUTUAL, NOT_SHARED, NOT_IN_BALL = range(5)
 
 
 @entry
-def audit(mesh, least):
+def audit(mesh: SimplexMesh, least: float) -> tuple[int, int]:
     """Look for the first living cell that breaks a promise.
 
     Parameters

@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ..compiled.decorators import kernel
-from .gather.ball import next_stamp, quality_at, touch
+from ..handles import OUTER
+from .gather.ball import next_stamp, touch
 from .journal import keep
+from .judge import q_with
 from .tables import TET_FACETS, TRI_FACETS
-from .types import N_CELLS, N_FREE
+from .types import N_CELLS, N_FREE, Scratch, SimplexMesh
 from .vectors import at
 
-UNMATCHED = -2  # no handle: -1 is the boundary
+UNMATCHED = -(2**63)  # neither a handle nor a border
 
 
 @kernel
-def has_room(mesh, n_more):
+def has_room(mesh: SimplexMesh, n_more: int) -> bool:
     """Whether so many more cells fit the arrays."""
     return mesh.state[N_FREE] + mesh.cells.shape[0] - mesh.state[N_CELLS] >= n_more
 
 
 @kernel
-def new_cell(mesh, scratch):
+def new_cell(mesh: SimplexMesh, scratch: Scratch) -> int:
     """A row for a new cell: the last one that died, or the next one never used."""
     if mesh.state[N_FREE] > 0:
         mesh.state[N_FREE] -= 1
@@ -33,15 +37,16 @@ def new_cell(mesh, scratch):
 
 
 @kernel
-def kill_cell(mesh, cell):
+def kill_cell(mesh: SimplexMesh, cell: int) -> None:
+    """Put the row of a cell on the stack of those that are free."""
     mesh.alive[cell] = False
     mesh.free[mesh.state[N_FREE]] = cell
     mesh.state[N_FREE] += 1
 
 
 @kernel
-def link(mesh, one, other):
-    """Make two facets, given by their handles, each other's neighbour; -1 is the boundary."""
+def link(mesh: SimplexMesh, one: int, other: int) -> None:
+    """Make two facets, given by their handles, each other's neighbour; one may be a border."""
     if one >= 0:
         mesh.neighbours[one >> 2, one & 3] = other
     if other >= 0:
@@ -49,7 +54,7 @@ def link(mesh, one, other):
 
 
 @kernel
-def match_facet(facets, n, a, b, c, handle):
+def match_facet(facets: np.ndarray, n: int, a: int, b: int, c: int, handle: int) -> tuple[int, int]:
     """Find the waiting facet with these vertices, or let this one wait.
 
     Returns
@@ -77,7 +82,9 @@ def match_facet(facets, n, a, b, c, handle):
 
 
 @kernel
-def match_cell_facet(mesh, cell, k, handle, n, scratch):
+def match_cell_facet(
+    mesh: SimplexMesh, cell: int, k: int, handle: int, n: int, scratch: Scratch
+) -> tuple[int, int]:
     """`match_facet` for facet k of a cell; an edge of a triangle has no third vertex."""
     if mesh.cells.shape[1] == 4:
         a = mesh.cells[cell, TET_FACETS[k, 0]]
@@ -91,7 +98,9 @@ def match_cell_facet(mesh, cell, k, handle, n, scratch):
 
 
 @kernel
-def replace_cells(mesh, old, n_old, n_new, scratch):
+def replace_cells(
+    mesh: SimplexMesh, old: np.ndarray, n_old: int, n_new: int, scratch: Scratch
+) -> None:
     """Put the first `n_new` rows of `scratch.created` in place of the cells `old`.
 
     Both sets must fill the same polyhedron, and `has_room` must hold for the difference.
@@ -118,7 +127,7 @@ def replace_cells(mesh, old, n_old, n_new, scratch):
         cell = new_cell(mesh, scratch)
         mesh.region[cell] = region
         for k in range(width):
-            mesh.neighbours[cell, k] = -1
+            mesh.neighbours[cell, k] = OUTER  # until a facet that waits matches
             mesh.cells[cell, k] = scratch.created[i, k]
             mesh.vertex_cell[scratch.created[i, k]] = cell
         for k in range(width):
@@ -126,5 +135,5 @@ def replace_cells(mesh, old, n_old, n_new, scratch):
             if other != UNMATCHED:
                 link(mesh, 4 * cell + k, other)
         last = mesh.cells[cell, width - 1]
-        mesh.quality[cell] = quality_at(mesh, 4 * cell + width - 1, at(mesh.points, last))
+        mesh.quality[cell] = q_with(mesh, 4 * cell + width - 1, at(mesh.points, last))
         touch(mesh, cell)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from ..compiled.decorators import kernel
-from .accept import mean_falls
+from .accept import UNCHANGED, lowers_mean, with_cell, without
 from .types import (
     J_ACTIVE,
     J_ALIVE,
@@ -22,18 +22,23 @@ from .types import (
     J_ROW,
     J_STAMP,
     J_VERTICES,
+    MAX_BALL,
+    MAX_CREATED,
     MAX_KEPT,
     N_CELLS,
     N_FREE,
     N_POINTS,
+    Scratch,
+    SimplexMesh,
 )
 
-# One operator keeps at most so many more cells.
-MARGIN = 1024
+# Cells that are kept at most between two times that `has_pages` is asked: the balls of all vertices
+# of a cell, or what one operator replaces, makes and touches.
+MARGIN = 4 * MAX_BALL + 3 * MAX_CREATED
 
 
 @kernel
-def open_journal(mesh, scratch):
+def open_journal(mesh: SimplexMesh, scratch: Scratch) -> None:
     """Start to remember."""
     journal = scratch.journal
     journal.state[J_ACTIVE] = 1
@@ -45,19 +50,19 @@ def open_journal(mesh, scratch):
 
 
 @kernel
-def close_journal(scratch):
+def close_journal(scratch: Scratch) -> None:
     """Stop remembering: what was done stays."""
     scratch.journal.state[J_ACTIVE] = 0
 
 
 @kernel
-def has_pages(scratch):
-    """Whether the journal can take one more operator."""
+def has_pages(scratch: Scratch) -> bool:
+    """Whether the journal can take one more improvement."""
     return scratch.journal.state[J_CELLS] + MARGIN < MAX_KEPT
 
 
 @kernel
-def keep_vertex(mesh, vertex, scratch):
+def keep_vertex(mesh: SimplexMesh, vertex: int, scratch: Scratch) -> None:
     """Remember a vertex before its first change."""
     journal = scratch.journal
     if journal.state[J_ACTIVE] == 0 or journal.vertex_mark[vertex] == journal.state[J_STAMP]:
@@ -73,7 +78,7 @@ def keep_vertex(mesh, vertex, scratch):
 
 
 @kernel
-def keep(mesh, cell, scratch):
+def keep(mesh: SimplexMesh, cell: int, scratch: Scratch) -> None:
     """Remember a row of the cells, alive or not, and its vertices before their first change."""
     journal = scratch.journal
     if journal.state[J_ACTIVE] == 0 or journal.cell_mark[cell] == journal.state[J_STAMP]:
@@ -92,7 +97,7 @@ def keep(mesh, cell, scratch):
 
 
 @kernel
-def roll_back(mesh, scratch):
+def roll_back(mesh: SimplexMesh, scratch: Scratch) -> None:
     """Undo all changes since the journal was opened, and close it."""
     journal = scratch.journal
     for i in range(journal.state[J_CELLS]):
@@ -122,7 +127,7 @@ def roll_back(mesh, scratch):
 
 
 @kernel
-def changed(mesh, scratch, i):
+def changed(mesh: SimplexMesh, scratch: Scratch, i: int) -> bool:
     """Whether the i-th kept cell is another one now, or gone."""
     journal = scratch.journal
     cell = journal.cells[i, J_ROW]
@@ -132,7 +137,7 @@ def changed(mesh, scratch, i):
 
 
 @kernel
-def worst_before(mesh, scratch):
+def worst_before(mesh: SimplexMesh, scratch: Scratch) -> float:
     """Worst q that the changed cells had when the journal was opened."""
     journal = scratch.journal
     worst = math.inf
@@ -143,7 +148,7 @@ def worst_before(mesh, scratch):
 
 
 @kernel
-def worst_after(mesh, scratch):
+def worst_after(mesh: SimplexMesh, scratch: Scratch) -> tuple[int, float]:
     """The worst cell that changed since the journal was opened, and its q; -1 if there is none."""
     journal = scratch.journal
     worst = math.inf
@@ -157,19 +162,14 @@ def worst_after(mesh, scratch):
 
 
 @kernel
-def lowers_mean(mesh, scratch):
+def has_lower_mean(mesh: SimplexMesh, scratch: Scratch) -> bool:
     """Whether the mean Q of what changed since the journal was opened has fallen."""
     journal = scratch.journal
-    before = 0.0
-    after = 0.0
-    n_before = 0
-    n_after = 0
+    sums = UNCHANGED
     for i in range(journal.state[J_CELLS]):
         if changed(mesh, scratch, i):
             if journal.cells[i, J_ALIVE] == 1:
-                before += 1.0 / journal.quality[i]
-                n_before += 1
+                sums = without(sums, journal.quality[i])
             if mesh.alive[journal.cells[i, J_ROW]]:
-                after += 1.0 / mesh.quality[journal.cells[i, J_ROW]]
-                n_after += 1
-    return mean_falls(before / n_before, after / n_after)
+                sums = with_cell(sums, mesh.quality[journal.cells[i, J_ROW]])
+    return lowers_mean(sums)

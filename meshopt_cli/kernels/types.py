@@ -58,16 +58,25 @@ J_REGION = 9
 J_ALIVE = 10
 
 
+class Judge(NamedTuple):
+    """By what the quality of a cell is judged."""
+
+    code: int  # of a measure, see `shape.simplex`
+    lenience: float  # from 1 on: dihedral angles bound the q of a tet as well, which counts so
+    # many times; 0: they do not
+
+
 class SimplexMesh(NamedTuple):
     """A mesh of triangles (d = 2, with z = 0) or tetrahedra (d = 3) as the kernels see it.
 
-    Boundary facets and the facets between two regions have no neighbour (-1): an
-    interface is a boundary of the cells on either side.
+    Boundary facets and the facets between two regions have no neighbour: an interface is a
+    boundary of the cells on either side.
     """
 
     points: np.ndarray  # (np, 3) float64; np counts the rows kept free for new vertices
     cells: np.ndarray  # (capacity, d + 1) int64, positive order
-    neighbours: np.ndarray  # (capacity, d + 1) int64: handle of the facet beyond, or -1
+    neighbours: np.ndarray  # (capacity, d + 1) int64: handle of the facet beyond, or a border:
+    # see `handles`
     vertex_cell: np.ndarray  # (np,) int64: a cell of the ball of each vertex, -1 when it has none
     quality: np.ndarray  # (capacity,) float64: q = 1/Q in (-inf, 1]
     region: np.ndarray  # (capacity,) int64
@@ -79,7 +88,7 @@ class SimplexMesh(NamedTuple):
     vertex_clock: np.ndarray  # (np,) int64: sweep of the last change in the ball
     free: np.ndarray  # (capacity,) int64: stack of dead cells
     state: np.ndarray  # (4,) int64: N_CELLS, N_FREE, CLOCK, N_POINTS
-    measure: int  # code of the quality measure
+    judge: Judge
     slides: bool  # whether some vertices of the boundary may move
     single: bool  # points are stored in single precision
 
@@ -113,7 +122,7 @@ class Scratch(NamedTuple):
     facets: np.ndarray  # (4 * MAX_CREATED, 4) int64 facets waiting for their other side
     values: np.ndarray  # (MAX_BALL,) float64
     gradients: np.ndarray  # (MAX_BALL, 3) float64
-    star: np.ndarray  # (9, MAX_BALL + 8) float64 vertices of the facets of a ball: see `star`
+    star: np.ndarray  # (12, MAX_BALL + 8) float64 vertices of the facets of a ball: see `star`
     cell_mark: np.ndarray  # (capacity,) int64
     vertex_mark: np.ndarray  # (np,) int64
     stamp: np.ndarray  # (1,) int64: marks equal to it are set

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..handles import DECLARED, INTERFACE, OUTER
 from ..kernels.tables import TET_EDGES, TET_FACETS, TRI_EDGES, TRI_FACETS
 
 Array = np.ndarray
@@ -118,8 +119,9 @@ def neighbours(cells: Array, region: Array, n_points: int, cuts: Array | None = 
     Returns
     -------
     neighbours : (ne, d + 1) int64
-        `4 * cell + local` of the facet on the other side, -1 where there is none. A facet
-        shared by more than two cells has none.
+        `4 * cell + local` of the facet on the other side, or what is in its place (see
+        `handles`): OUTER, INTERFACE between two regions and where more than two cells share the
+        facet, DECLARED where one of the cuts lies inside a region.
     """
     n_cells, width = cells.shape
     rows = facets(cells)
@@ -134,14 +136,16 @@ def neighbours(cells: Array, region: Array, n_points: int, cuts: Array | None = 
     same = np.concatenate([[False], ids[1:] == ids[:-1], [False]])
     # A pair is a run of exactly two equal ids.
     first = np.flatnonzero(same[1:-1] & ~same[:-2] & ~same[2:])
+    result = np.full(n_cells * width, OUTER, dtype=np.int64)
+    result[order[same[1:] | same[:-1]]] = INTERFACE
     one, other = order[first], order[first + 1]
-    keep = region[one // width] == region[other // width]
-    if len(cut_ids):
-        keep &= ~np.isin(ids[first], cut_ids)
-    one, other = one[keep], other[keep]
-    result = np.full(n_cells * width, -1, dtype=np.int64)
+    is_inside = region[one // width] == region[other // width]
+    one, other, ids = one[is_inside], other[is_inside], ids[first][is_inside]
     result[one] = 4 * (other // width) + other % width
     result[other] = 4 * (one // width) + one % width
+    if len(cut_ids):
+        is_cut = np.isin(ids, cut_ids)
+        result[one[is_cut]] = result[other[is_cut]] = DECLARED
     return result.reshape(n_cells, width)
 
 

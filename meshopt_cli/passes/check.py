@@ -47,7 +47,7 @@ class Check(Pass):
         if fault != WHOLE:
             raise InvariantError(f"cell {cell} of the working mesh {FAULTS[fault]}")
         quality = np.empty(len(rows))
-        measure_cells(work.mesh.measure, work.mesh.points, work.mesh.cells[rows], quality)
+        measure_cells(work.mesh.judge, work.mesh.points, work.mesh.cells[rows], quality)
         # The order of a cell's vertices changes the rounding of its q, and nothing more.
         stale = np.flatnonzero(np.abs(quality - work.mesh.quality[rows]) > 1e-9)
         if len(stale):

@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from ..kernels.shape.angles import ANGLE_Q
-from ..kernels.shape.simplex import PERCENT, WITH_ANGLES
 from ..passes import Observer, Pass, Silent, Tally
 from ..passes.check import Check
 from ..work.workspace import Standing, Workspace
@@ -186,7 +185,7 @@ class Repeat:
 
 @dataclass(frozen=True)
 class WithAngles:
-    """A stage in which no tet counts as better than its dihedral angles: see `measures`.
+    """A stage in which no tet counts as better than its dihedral angles: see `Judge`.
 
     Attributes
     ----------
@@ -202,22 +201,22 @@ class WithAngles:
         yield from self.body.passes()
 
     def run(self, outcome: Outcome, round: int = 0) -> None:
-        judge, target = outcome.work.measure, outcome.work.target
+        judge, target = outcome.work.judge, outcome.work.target
         least = min(outcome.work.standing().worst, 1.0 / max(ANGLE_Q, NEAR_TARGET * target))
-        percent = PERCENT
+        lenience = 1.0
         if self.lenient:
             if ANGLE_Q * least * MOST_LENIENT < 1.0:
                 return
-            percent = max(PERCENT, int(PERCENT / (ANGLE_Q * MARGIN * least)))
+            lenience = max(1.0, int(100.0 / (ANGLE_Q * MARGIN * least)) / 100.0)
         start = outcome.work.copy()
         for step in self.passes():
             step.forget()  # what was good enough may not be by this measure
-        outcome.work.measure_by(judge + percent * WITH_ANGLES)
-        outcome.work.target = target * PERCENT / percent
+        outcome.work.judge_by(judge._replace(lenience=lenience))
+        outcome.work.target = target / lenience
         try:
             self.body.run(outcome, round)
         finally:
-            outcome.work.measure_by(judge)
+            outcome.work.judge_by(judge)
             outcome.work.target = target
             if outcome.work.standing().worst < least:
                 outcome.work = start

@@ -11,6 +11,7 @@ from ..errors import ConfigError
 from ..kernels.search.target import best_over_face, estimate_targets
 from ..kernels.shape import simplex
 from ..kernels.shape.angles import REGULAR_ANGLE_3, angle_range
+from ..kernels.types import Judge
 from ..mesh import adjacency
 from ..mesh.model import Simplices
 
@@ -37,6 +38,11 @@ class Measure:
     equations: tuple[str, str]
     formula: str
     drives: bool = True
+
+    @property
+    def judge(self) -> Judge:
+        """What the kernels judge by, where this measure alone counts."""
+        return Judge(self.code, 0.0)
 
 
 MEASURES: dict[str, Measure] = {
@@ -120,7 +126,7 @@ class Summary:
 def cell_quality(points: Array, cells: Array, measure: Measure) -> Array:
     """q = 1/Q of each cell, (ne,); points (np, 3) with z = 0 for triangles."""
     q = np.empty(len(cells))
-    simplex.measure_cells(measure.code, points, cells, q)
+    simplex.measure_cells(measure.judge, points, cells, q)
     return q
 
 
@@ -159,7 +165,7 @@ def target(simplices: Simplices, measure: Measure, most: int | None = None) -> f
         n = FACES_PER_SHAPE * most
         faces = faces[np.argpartition(_thinness(simplices.points[faces]), n)[:n]]
     bound = np.empty(len(faces))
-    estimate_targets(measure.code, simplices.points, faces, bound)
+    estimate_targets(measure.judge, simplices.points, faces, bound)
     worst = math.inf
     # Regular grids have a few shapes of faces, many times over: each is searched once.
     _, shape, _ = adjacency.distinct_rows(_shapes(simplices.points[faces]))
@@ -170,7 +176,7 @@ def target(simplices: Simplices, measure: Measure, most: int | None = None) -> f
         if int(shape[row]) not in seen:
             seen.add(int(shape[row]))
             i, j, k = (int(v) for v in faces[row])
-            worst = min(worst, best_over_face(measure.code, simplices.points, i, j, k))
+            worst = min(worst, best_over_face(measure.judge, simplices.points, i, j, k))
     return 1.0 / worst if 0.0 < worst < math.inf else math.inf
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..boundary.sliding import Slide
+from ..handles import OUTER
 from ..kernels.gather.ball import vertex_quality
 from ..kernels.shape.simplex import measure_cells
 from ..kernels.types import (
@@ -23,6 +24,7 @@ from ..kernels.types import (
     N_FREE,
     N_POINTS,
     Journal,
+    Judge,
     Scratch,
     SimplexMesh,
 )
@@ -63,8 +65,8 @@ class Workspace:
     mesh : SimplexMesh
         Arrays of the kernels. They may be replaced by larger ones: ask for them anew.
     scratch : Scratch
-    measure : int
-        Code of the measure that the mesh is judged by; a stage may let another one steer.
+    judge : Judge
+        By what the mesh is judged; a stage may let another one steer.
 
     Parameters
     ----------
@@ -80,13 +82,13 @@ class Workspace:
     def __init__(
         self,
         source: Simplices,
-        measure: int,
+        judge: Judge,
         target: float = 1.0,
         in_order: bool = False,
         slide: Slide | None = None,
     ) -> None:
         self._source = source
-        self.measure = measure
+        self.judge = judge
         self.target = target
         n_points = len(source.points)
         n_cells, width = source.cells.shape
@@ -98,7 +100,7 @@ class Workspace:
         cell_order = np.argsort(np.zeros(n_cells) if in_order else cells.min(axis=1), kind="stable")
         cells = cells[cell_order]
         beyond = source.neighbours[cell_order]
-        beyond = np.where(beyond < 0, -1, 4 * _inverse(cell_order)[beyond >> 2] + (beyond & 3))
+        beyond = np.where(beyond < 0, beyond, 4 * _inverse(cell_order)[beyond >> 2] + (beyond & 3))
         points = source.points[self._origin]
         fixed = source.fixed[self._origin]
         fixed[number[source.skin]] = True
@@ -110,11 +112,11 @@ class Workspace:
         # Written from the last cell to the first: the first cell of each ball stays.
         vertex_cell[cells[::-1].ravel()] = np.repeat(np.arange(n_cells)[::-1], width)
         quality = np.zeros(capacity)
-        measure_cells(measure, points, cells, quality[:n_cells])
+        measure_cells(judge, points, cells, quality[:n_cells])
         self.mesh = SimplexMesh(
             points=points,
             cells=_extended(cells, capacity, 0),
-            neighbours=_extended(beyond, capacity, -1),
+            neighbours=_extended(beyond, capacity, OUTER),
             vertex_cell=vertex_cell,
             quality=quality,
             region=_extended(source.region[cell_order], capacity, 0),
@@ -125,7 +127,7 @@ class Workspace:
             vertex_clock=(vertex_cell >= 0).astype(np.int64),
             free=np.zeros(capacity, dtype=np.int64),
             state=np.array([n_cells, 0, 1, n_points], dtype=np.int64),
-            measure=measure,
+            judge=judge,
             slides=slide is not None,
             single=source.single,
         )
@@ -168,21 +170,21 @@ class Workspace:
 
     def judged(self) -> Standing:
         """How good the mesh is by the measure that it is judged by."""
-        if self.mesh.measure == self.measure:
+        if self.mesh.judge == self.judge:
             return self.standing()
-        return _standing_of(self._measured(self.measure))
+        return _standing_of(self._measured(self.judge))
 
-    def _measured(self, measure: int) -> Array:
-        """q of the living cells by another measure."""
+    def _measured(self, judge: Judge) -> Array:
+        """q of the living cells as another judge sees it."""
         cells = self.mesh.cells[self.living()]
         quality = np.empty(len(cells))
-        measure_cells(measure, self.mesh.points, cells, quality)
+        measure_cells(judge, self.mesh.points, cells, quality)
         return quality
 
-    def measure_by(self, measure: int) -> None:
-        """Let another measure steer, by its code."""
-        self.mesh.quality[self.living()] = self._measured(measure)
-        self.mesh = self.mesh._replace(measure=measure)
+    def judge_by(self, judge: Judge) -> None:
+        """Let another judge steer."""
+        self.mesh.quality[self.living()] = self._measured(judge)
+        self.mesh = self.mesh._replace(judge=judge)
 
     # What to visit -------------------------------------------------------------------
 
@@ -243,7 +245,7 @@ class Workspace:
         """An independent copy; the working space is shared, for it means nothing between calls."""
         twin = object.__new__(Workspace)
         twin._source, twin._origin = self._source, self._origin
-        twin.measure, twin.target = self.measure, self.target
+        twin.judge, twin.target = self.judge, self.target
         arrays: dict[str, Any] = {
             k: v.copy() for k, v in self.mesh._asdict().items() if isinstance(v, np.ndarray)
         }
@@ -369,7 +371,7 @@ def _new_scratch(capacity: int, n_points: int) -> Scratch:
         values=np.zeros(MAX_BALL),
         gradients=np.zeros((MAX_BALL, 3)),
         # Rows a power of two apart would share a few lines of the cache.
-        star=np.zeros((9, MAX_BALL + 8)),
+        star=np.zeros((12, MAX_BALL + 8)),
         cell_mark=np.zeros(capacity, dtype=np.int64),
         vertex_mark=np.zeros(n_points, dtype=np.int64),
         stamp=np.zeros(1, dtype=np.int64),

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from ...compiled.decorators import entry, inlined, kernel
-from ..shape.simplex import tet_quality, tri_quality
-from ..tables import TET_FACETS, TRI_FACETS
-from ..types import CLOCK, MAX_BALL, N_CELLS
-from ..vectors import at, square_distance
+from ..types import CLOCK, MAX_BALL, N_CELLS, Scratch, SimplexMesh
+from ..vectors import Vec, at, square_distance
 
 
 @inlined
-def local_index(cells, cell, vertex):
+def local_index(cells: np.ndarray, cell: int, vertex: int) -> int:
     """Local number of a vertex in a cell, -1 when the cell does not have it."""
     for k in range(cells.shape[1]):
         if cells[cell, k] == vertex:
@@ -21,14 +21,16 @@ def local_index(cells, cell, vertex):
 
 
 @inlined
-def next_stamp(scratch):
+def next_stamp(scratch: Scratch) -> int:
     """Clear all marks of the working space at once."""
     scratch.stamp[0] += 1
     return scratch.stamp[0]
 
 
 @kernel
-def gather_ball(mesh, vertex, ball, scratch):
+def gather_ball(
+    mesh: SimplexMesh, vertex: int, ball: np.ndarray, scratch: Scratch
+) -> tuple[int, bool]:
     """Collect the handles of the cells around a vertex.
 
     Parameters
@@ -77,28 +79,7 @@ def gather_ball(mesh, vertex, ball, scratch):
 
 
 @inlined
-def quality_at(mesh, handle, p):
-    """q of a cell with its vertex `handle & 3` put at p."""
-    cell = handle >> 2
-    local = handle & 3
-    if mesh.cells.shape[1] == 4:
-        return tet_quality(
-            mesh.measure,
-            at(mesh.points, mesh.cells[cell, TET_FACETS[local, 0]]),
-            at(mesh.points, mesh.cells[cell, TET_FACETS[local, 1]]),
-            at(mesh.points, mesh.cells[cell, TET_FACETS[local, 2]]),
-            p,
-        )
-    return tri_quality(
-        mesh.measure,
-        at(mesh.points, mesh.cells[cell, TRI_FACETS[local, 0]]),
-        at(mesh.points, mesh.cells[cell, TRI_FACETS[local, 1]]),
-        p,
-    )
-
-
-@inlined
-def worst_of(mesh, ball, n):
+def worst_of(mesh: SimplexMesh, ball: np.ndarray, n: int) -> float:
     """Worst q of the cells of a ball, as stored."""
     worst = math.inf
     for i in range(n):
@@ -107,7 +88,7 @@ def worst_of(mesh, ball, n):
 
 
 @inlined
-def sum_of(mesh, ball, n):
+def sum_of(mesh: SimplexMesh, ball: np.ndarray, n: int) -> float:
     """Sum of the Q of the cells of a ball, as stored."""
     total = 0.0
     for i in range(n):
@@ -116,7 +97,7 @@ def sum_of(mesh, ball, n):
 
 
 @kernel
-def longest_edge_at(mesh, ball, n, p):
+def longest_edge_at(mesh: SimplexMesh, ball: np.ndarray, n: int, p: Vec) -> float:
     """Length of the longest edge from p to the vertices of a ball other than its own."""
     longest = 0.0
     for i in range(n):
@@ -129,7 +110,7 @@ def longest_edge_at(mesh, ball, n, p):
 
 
 @inlined
-def touch(mesh, cell):
+def touch(mesh: SimplexMesh, cell: int) -> None:
     """Note that something around the vertices of a cell changed in the current sweep."""
     clock = mesh.state[CLOCK]
     for k in range(mesh.cells.shape[1]):
@@ -137,7 +118,7 @@ def touch(mesh, cell):
 
 
 @entry
-def vertex_quality(mesh, out):
+def vertex_quality(mesh: SimplexMesh, out: np.ndarray) -> None:
     """Worst q of the ball of each vertex, written to `out` (np,); inf without cells."""
     out[:] = math.inf
     for cell in range(mesh.state[N_CELLS]):

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from ...compiled.decorators import kernel
-from ..types import MAX_SHELL
+from ...compiled.decorators import inlined, kernel
+from ...handles import OUTER
+from ..types import MAX_SHELL, Scratch, SimplexMesh
 from .ball import local_index
 
 # What `gather_shell` and `gather_open_shell` return in place of a number of tets.
@@ -13,7 +14,7 @@ SHELL_ELSEWHERE = -2
 
 
 @kernel
-def is_required(mesh, a, b):
+def is_required(mesh: SimplexMesh, a: int, b: int) -> bool:
     """Whether an internal edge was declared in the file and must stay."""
     if mesh.required.shape[0] == 0 or not (mesh.fixed[a] and mesh.fixed[b]):
         return False
@@ -29,8 +30,27 @@ def is_required(mesh, a, b):
     return low < mesh.required.shape[0] and mesh.required[low] == key
 
 
+@inlined
+def next_around(mesh: SimplexMesh, cell: int, c: int, d: int) -> tuple[int, int, int]:
+    """The tet beyond the face opposite c, where an edge is turned about from its tet (a, b, c, d).
+
+    Returns
+    -------
+    cell : int
+        A border where there is none.
+    c, d : int
+        Its vertices off the edge, d being the new one.
+    """
+    beyond = mesh.neighbours[cell, local_index(mesh.cells, cell, c)]
+    if beyond < 0:
+        return beyond, c, d
+    return beyond >> 2, d, mesh.cells[beyond >> 2, beyond & 3]
+
+
 @kernel
-def gather_shell(mesh, cell, a, b, c, d, scratch):
+def gather_shell(
+    mesh: SimplexMesh, cell: int, a: int, b: int, c: int, d: int, scratch: Scratch
+) -> int:
     """Collect the tets around an edge, turning about it from its tet (a, b, c, d).
 
     Writes the tets to `scratch.shell` and to `scratch.ring` the vertices around the edge;
@@ -49,26 +69,22 @@ def gather_shell(mesh, cell, a, b, c, d, scratch):
     while True:
         if n == MAX_SHELL:
             return SHELL_OVERFLOW
-        if n > 0 and (
-            mesh.quality[cell] < mesh.quality[first]
-            or (mesh.quality[cell] == mesh.quality[first] and cell < first)
-        ):
+        if is_worse(mesh, cell, first):
             return SHELL_ELSEWHERE
         scratch.shell[n] = cell
         scratch.ring[n] = c
         n += 1
-        beyond = mesh.neighbours[cell, local_index(mesh.cells, cell, c)]
-        if beyond < 0:
+        cell, c, d = next_around(mesh, cell, c, d)
+        if cell < 0:
             return SHELL_OPEN
-        cell = beyond >> 2
         if cell == first:
             return n
-        c = d
-        d = mesh.cells[cell, beyond & 3]
 
 
 @kernel
-def gather_open_shell(mesh, cell, a, b, c, d, scratch):
+def gather_open_shell(
+    mesh: SimplexMesh, cell: int, a: int, b: int, c: int, d: int, scratch: Scratch
+) -> tuple[int, bool]:
     """Collect the tets around an edge on the boundary or an interface, from one side to the other.
 
     As `gather_shell`, but there is one vertex more around the edge than tets.
@@ -77,31 +93,38 @@ def gather_open_shell(mesh, cell, a, b, c, d, scratch):
     -------
     n : int
         Number of tets, or SHELL_OVERFLOW or SHELL_ELSEWHERE.
+    outer : bool
+        Whether both sides are the boundary of the mesh.
     """
     worst = cell
-    # Back to the side where the shell begins.
+    side = OUTER
+    # Back to the side where the shell begins: turning the other way exchanges c and d.
     for _ in range(MAX_SHELL):
-        beyond = mesh.neighbours[cell, local_index(mesh.cells, cell, d)]
-        if beyond < 0:
+        back, e, f = next_around(mesh, cell, d, c)
+        if back < 0:
+            side = back
             break
-        cell = beyond >> 2
-        d = c
-        c = mesh.cells[cell, beyond & 3]
+        cell = back
+        d = e
+        c = f
     n = 0
     while True:
         if n == MAX_SHELL - 1:
-            return SHELL_OVERFLOW
-        if mesh.quality[cell] < mesh.quality[worst] or (
-            mesh.quality[cell] == mesh.quality[worst] and cell < worst
-        ):
-            return SHELL_ELSEWHERE
+            return SHELL_OVERFLOW, False
+        if is_worse(mesh, cell, worst):
+            return SHELL_ELSEWHERE, False
         scratch.shell[n] = cell
         scratch.ring[n] = c
         scratch.ring[n + 1] = d
         n += 1
-        beyond = mesh.neighbours[cell, local_index(mesh.cells, cell, c)]
-        if beyond < 0:
-            return n
-        cell = beyond >> 2
-        c = d
-        d = mesh.cells[cell, beyond & 3]
+        cell, c, d = next_around(mesh, cell, c, d)
+        if cell < 0:
+            return n, cell == OUTER and side == OUTER
+
+
+@inlined
+def is_worse(mesh: SimplexMesh, cell: int, other: int) -> bool:
+    """Whether a cell is worse than another, or as bad with a lower number; never than itself."""
+    return mesh.quality[cell] < mesh.quality[other] or (
+        mesh.quality[cell] == mesh.quality[other] and cell < other
+    )

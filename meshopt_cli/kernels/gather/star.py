@@ -1,31 +1,47 @@
-"""The star of a point: the facets opposite it, laid out so that many cells are measured at once.
+"""The star of a point: the cells between it and some facets, laid out to be measured at once.
 
 A ball is measured again and again while its vertex looks for a better place, and its facets are
-all over the arrays of the mesh. Copied into columns of `scratch.star`, the same coordinate of
-neighbouring facets side by side, the compiler measures several cells with one instruction.
+all over the arrays of the mesh. They are copied into columns of `scratch.star`, the same
+coordinate of neighbouring facets side by side.
+
+The star has two forms. In the plain one the columns hold the corners of the facets; the measures
+that pipelines go by have a loop each, which the compiler makes measure several cells with one
+instruction. In the general one the three edges from the point at p to the corners are
+`c + t p`, with a vector c and a number t an edge: what is linear in an edge, as the map to a
+reference shape or a metric, changes c and t and nothing else. The corners are the c of t = -1, so
+that the general form is the plain one with three rows more.
 """
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from ...compiled.decorators import inlined, kernel
+from ..judge import q_of_edges
+from ..shape.ideal import tet_ideal_height, tet_ideal_point, tri_ideal_point
 from ..shape.simplex import (
     ASPECT_RATIO,
-    WITH_ANGLES,
-    lenience,
     tet_aspect_ratio,
     tet_bounded_aspect_ratio,
-    tet_quality,
     tri_aspect_ratio,
-    tri_quality,
 )
 from ..tables import TET_FACETS, TRI_FACETS
-from ..vectors import Vec, tet_ideal_height, tet_ideal_point, tri_ideal_point
+from ..types import Judge, Scratch, SimplexMesh
+from ..vectors import Vec
+
+FACTORS = 9  # the first of the three rows of `scratch.star` that hold t
+
+
+@inlined
+def is_plain(judge: Judge) -> bool:
+    """Whether the plain form of a star is enough to measure it."""
+    return judge.code == ASPECT_RATIO
 
 
 @kernel
-def load_star(mesh, handles, n, scratch):
+def load_star(mesh: SimplexMesh, handles: np.ndarray, n: int, scratch: Scratch) -> None:
     """Copy the facets opposite the vertices of the handles into `scratch.star`."""
     star = scratch.star
     width = mesh.cells.shape[1]
@@ -37,27 +53,53 @@ def load_star(mesh, handles, n, scratch):
             star[3 * k, i] = mesh.points[v, 0]
             star[3 * k + 1, i] = mesh.points[v, 1]
             star[3 * k + 2, i] = mesh.points[v, 2]
+    if not is_plain(mesh.judge):
+        for k in range(width - 1):
+            for i in range(n):
+                star[FACTORS + k, i] = -1.0
 
 
 @inlined
-def corner(star, k, i):
+def corner(star: np.ndarray, k: int, i: int) -> Vec:
     """Vertex k of facet i."""
     return Vec(star[3 * k, i], star[3 * k + 1, i], star[3 * k + 2, i])
 
 
 @inlined
-def star_quality(mesh, i, p, scratch):
+def edge_to(star: np.ndarray, k: int, i: int, p: Vec) -> Vec:
+    """Edge k of cell i of the star in its general form, with the point at p."""
+    t = star[FACTORS + k, i]
+    return Vec(star[3 * k, i] + t * p.x, star[3 * k + 1, i] + t * p.y, star[3 * k + 2, i] + t * p.z)
+
+
+@inlined
+def general_quality(mesh: SimplexMesh, i: int, p: Vec, scratch: Scratch) -> float:
+    """q of the i-th cell of the star, by any measure, with its point at p."""
+    star = scratch.star
+    width = mesh.cells.shape[1]
+    # A triangle has no third edge: the row is there, and is not looked at.
+    third = edge_to(star, 2, i, p)
+    return q_of_edges(mesh.judge, width, edge_to(star, 0, i, p), edge_to(star, 1, i, p), third)
+
+
+@inlined
+def star_quality(mesh: SimplexMesh, i: int, p: Vec, scratch: Scratch) -> float:
     """q of the i-th cell of the star with its point at p."""
     star = scratch.star
-    if mesh.cells.shape[1] == 4:
-        return tet_quality(
-            mesh.measure, corner(star, 0, i), corner(star, 1, i), corner(star, 2, i), p
-        )
-    return tri_quality(mesh.measure, corner(star, 0, i), corner(star, 1, i), p)
+    if not is_plain(mesh.judge):
+        return general_quality(mesh, i, p, scratch)
+    if mesh.cells.shape[1] == 3:
+        return tri_aspect_ratio(corner(star, 0, i), corner(star, 1, i), p)
+    a = corner(star, 0, i)
+    b = corner(star, 1, i)
+    c = corner(star, 2, i)
+    if mesh.judge.lenience > 0.0:
+        return tet_bounded_aspect_ratio(mesh.judge.lenience, a, b, c, p)
+    return tet_aspect_ratio(a, b, c, p)
 
 
 @kernel
-def measure_star(mesh, n, p, scratch):
+def measure_star(mesh: SimplexMesh, n: int, p: Vec, scratch: Scratch) -> float:
     """Measure all cells of the star with its point at p, into `scratch.values`.
 
     Returns
@@ -67,24 +109,23 @@ def measure_star(mesh, n, p, scratch):
     """
     star = scratch.star
     values = scratch.values
-    # The measures that every pipeline goes by have loops of their own, which vectorize.
-    if mesh.cells.shape[1] == 4 and mesh.measure == ASPECT_RATIO:
+    times = mesh.judge.lenience
+    if not is_plain(mesh.judge):
         for i in range(n):
-            values[i] = tet_aspect_ratio(
-                corner(star, 0, i), corner(star, 1, i), corner(star, 2, i), p
-            )
-    elif mesh.cells.shape[1] == 4 and mesh.measure % WITH_ANGLES == ASPECT_RATIO:
-        times = lenience(mesh.measure)
+            values[i] = general_quality(mesh, i, p, scratch)
+    elif mesh.cells.shape[1] == 3:
+        for i in range(n):
+            values[i] = tri_aspect_ratio(corner(star, 0, i), corner(star, 1, i), p)
+    elif times > 0.0:
         for i in range(n):
             values[i] = tet_bounded_aspect_ratio(
                 times, corner(star, 0, i), corner(star, 1, i), corner(star, 2, i), p
             )
-    elif mesh.cells.shape[1] == 3 and mesh.measure == ASPECT_RATIO:
-        for i in range(n):
-            values[i] = tri_aspect_ratio(corner(star, 0, i), corner(star, 1, i), p)
     else:
         for i in range(n):
-            values[i] = star_quality(mesh, i, p, scratch)
+            values[i] = tet_aspect_ratio(
+                corner(star, 0, i), corner(star, 1, i), corner(star, 2, i), p
+            )
     worst = math.inf
     for i in range(n):
         worst = min(worst, values[i])
@@ -92,7 +133,7 @@ def measure_star(mesh, n, p, scratch):
 
 
 @inlined
-def sum_of_star(n, scratch):
+def sum_of_star(n: int, scratch: Scratch) -> float:
     """Sum of the Q of the cells of the star as they were measured."""
     total = 0.0
     for i in range(n):
@@ -101,7 +142,7 @@ def sum_of_star(n, scratch):
 
 
 @kernel
-def star_heights(mesh, n, scratch):
+def star_heights(mesh: SimplexMesh, n: int, scratch: Scratch) -> None:
     """Put into `scratch.values` what `ideal_point` needs of each tet of the star."""
     star = scratch.star
     if mesh.cells.shape[1] == 4:
@@ -112,7 +153,7 @@ def star_heights(mesh, n, scratch):
 
 
 @inlined
-def ideal_point(mesh, i, scratch):
+def ideal_point(mesh: SimplexMesh, i: int, scratch: Scratch) -> Vec:
     """The point that makes the best cell with facet i (18.24), after `star_heights`."""
     star = scratch.star
     if mesh.cells.shape[1] == 4:

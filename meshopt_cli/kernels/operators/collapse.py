@@ -8,23 +8,38 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from ...compiled.decorators import entry, kernel
-from ..accept import MEAN, is_accepted, mean_falls, threshold
+from ...handles import OUTER
+from ..accept import MEAN, UNCHANGED, is_accepted, lowers_mean, threshold, with_cell, without
 from ..cavity import kill_cell, link
 from ..gather.ball import (
     gather_ball,
     local_index,
     longest_edge_at,
     next_stamp,
-    quality_at,
     touch,
     worst_of,
 )
 from ..journal import keep
+from ..judge import q_with
 from ..tables import TET_EDGES, TRI_EDGES
-from ..types import APPLIED, CLOCK, FIXED, INVALID, NOT_BETTER, NOT_LEGAL, TOO_LARGE, TOO_LONG
-from ..vectors import Vec, at, toward
-from .relocate import rounded
+from ..types import (
+    APPLIED,
+    CLOCK,
+    FIXED,
+    INVALID,
+    NOT_BETTER,
+    NOT_LEGAL,
+    TOO_LARGE,
+    TOO_LONG,
+    Scratch,
+    SimplexMesh,
+)
+from ..vectors import ZERO, Vec, at, rounded, set_point, toward
+
+MAX_GROWTH = 1.5  # of the longest edge, where nothing else is said
 
 
 class Collapse(NamedTuple):
@@ -53,47 +68,49 @@ class CollapsePlan(NamedTuple):
 
 
 @kernel
-def refused(verdict, vertex, onto):
-    return CollapsePlan(verdict, vertex, onto, 0, 0, Vec(0.0, 0.0, 0.0), 0.0)
+def refused(verdict: int, vertex: int, onto: int) -> CollapsePlan:
+    """The plan of a collapse that is not to be carried out."""
+    return CollapsePlan(verdict, vertex, onto, 0, 0, ZERO, 0.0)
 
 
 @kernel
-def worst_collapsed(mesh, ball, n, onto, p, stop):
+def worst_collapsed(
+    mesh: SimplexMesh, ball: np.ndarray, n: int, onto: int, p: Vec, stop: float
+) -> float:
     """Worst q of the cells of a ball that do not have `onto`, with its vertex at p."""
     worst = math.inf
     for i in range(n):
         if local_index(mesh.cells, ball[i] >> 2, onto) < 0:
-            worst = min(worst, quality_at(mesh, ball[i], p))
+            worst = min(worst, q_with(mesh, ball[i], p))
             if worst <= stop:
                 break
     return worst
 
 
 @kernel
-def lowers_mean(mesh, n, n_other, vertex, onto, p, scratch):
+def has_lower_mean(
+    mesh: SimplexMesh, n: int, n_other: int, vertex: int, onto: int, p: Vec, scratch: Scratch
+) -> bool:
     """Whether the mean Q of the balls falls as both ends of an edge come to p."""
-    before = 0.0
-    after = 0.0
-    n_after = 0
+    sums = UNCHANGED
     for i in range(n):
         handle = scratch.ball[i]
-        before += 1.0 / mesh.quality[handle >> 2]
+        sums = without(sums, mesh.quality[handle >> 2])
         if local_index(mesh.cells, handle >> 2, onto) < 0:
-            after += 1.0 / quality_at(mesh, handle, p)
-            n_after += 1
-    n_before = n
+            sums = with_cell(sums, q_with(mesh, handle, p))
     for i in range(n_other):
         handle = scratch.other[i]
+        # Those with both ends are in the first ball, and vanish.
         if local_index(mesh.cells, handle >> 2, vertex) < 0:
-            before += 1.0 / mesh.quality[handle >> 2]
-            after += 1.0 / quality_at(mesh, handle, p)
-            n_before += 1
-            n_after += 1
-    return mean_falls(before / n_before, after / n_after)
+            sums = without(sums, mesh.quality[handle >> 2])
+            sums = with_cell(sums, q_with(mesh, handle, p))
+    return lowers_mean(sums)
 
 
 @kernel
-def has_legal_link(mesh, vertex, onto, n, n_other, scratch):
+def has_legal_link(
+    mesh: SimplexMesh, vertex: int, onto: int, n: int, n_other: int, scratch: Scratch
+) -> bool:
     """Whether the ends of an edge share no vertex but those of its shell.
 
     Otherwise two edges would fall together that have no cell between them.
@@ -118,20 +135,22 @@ def has_legal_link(mesh, vertex, onto, n, n_other, scratch):
 
 
 @kernel
-def joined_on_boundary(mesh, vertex, onto, n, scratch):
+def joined_on_boundary(mesh: SimplexMesh, vertex: int, onto: int, n: int, scratch: Scratch) -> bool:
     """Whether the edge from a vertex of the boundary to another lies on the boundary."""
     for i in range(n):
         cell = scratch.ball[i] >> 2
         there = local_index(mesh.cells, cell, onto)
         if there >= 0:
             for k in range(mesh.cells.shape[1]):
-                if k not in (there, scratch.ball[i] & 3) and mesh.neighbours[cell, k] < 0:
+                if k not in (there, scratch.ball[i] & 3) and mesh.neighbours[cell, k] == OUTER:
                     return True
     return False
 
 
 @kernel
-def simulate_collapse(mesh, vertex, onto, how, scratch):
+def simulate_collapse(
+    mesh: SimplexMesh, vertex: int, onto: int, how: Collapse, scratch: Scratch
+) -> CollapsePlan:
     """Put an internal vertex on another vertex of its ball, or one of a plane on one of that."""
     in_plane = mesh.slides and mesh.guide[vertex, 0] == 2.0
     if mesh.fixed[vertex] and not in_plane:
@@ -148,7 +167,7 @@ def simulate_collapse(mesh, vertex, onto, how, scratch):
     if worst <= 0.0:
         return refused(INVALID, vertex, onto)
     if not is_accepted(how.rule, how.floor, before, worst) or (
-        how.rule == MEAN and not lowers_mean(mesh, n, 0, vertex, onto, p, scratch)
+        how.rule == MEAN and not has_lower_mean(mesh, n, 0, vertex, onto, p, scratch)
     ):
         return refused(NOT_BETTER, vertex, onto)
     longest = longest_edge_at(mesh, scratch.ball, n, at(mesh.points, vertex))
@@ -158,7 +177,9 @@ def simulate_collapse(mesh, vertex, onto, how, scratch):
 
 
 @kernel
-def simulate_midpoint_collapse(mesh, vertex, onto, how, scratch):
+def simulate_midpoint_collapse(
+    mesh: SimplexMesh, vertex: int, onto: int, how: Collapse, scratch: Scratch
+) -> CollapsePlan:
     """Put both ends of an edge, neither of them fixed, on the point half way between."""
     if mesh.fixed[vertex] or mesh.fixed[onto]:
         return refused(FIXED, vertex, onto)
@@ -179,7 +200,7 @@ def simulate_midpoint_collapse(mesh, vertex, onto, how, scratch):
     if worst <= 0.0:
         return refused(INVALID, vertex, onto)
     if not is_accepted(how.rule, how.floor, before, worst) or (
-        how.rule == MEAN and not lowers_mean(mesh, n, n_other, vertex, onto, p, scratch)
+        how.rule == MEAN and not has_lower_mean(mesh, n, n_other, vertex, onto, p, scratch)
     ):
         return refused(NOT_BETTER, vertex, onto)
     if not has_legal_link(mesh, vertex, onto, n, n_other, scratch):
@@ -198,7 +219,7 @@ def simulate_midpoint_collapse(mesh, vertex, onto, how, scratch):
 
 
 @kernel
-def apply_collapse(mesh, plan, scratch):
+def apply_collapse(mesh: SimplexMesh, plan: CollapsePlan, scratch: Scratch) -> None:
     """Carry out a simulated collapse."""
     d1 = mesh.cells.shape[1]
     for i in range(plan.n):
@@ -206,9 +227,7 @@ def apply_collapse(mesh, plan, scratch):
     for i in range(plan.n_other):
         keep(mesh, scratch.other[i] >> 2, scratch)
     if plan.n_other > 0:
-        mesh.points[plan.onto, 0] = plan.position.x
-        mesh.points[plan.onto, 1] = plan.position.y
-        mesh.points[plan.onto, 2] = plan.position.z
+        set_point(mesh.points, plan.onto, plan.position)
     # The cells of the shell die: what lay beyond their facets at both ends meets.
     for i in range(plan.n):
         cell = scratch.ball[i] >> 2
@@ -233,19 +252,21 @@ def apply_collapse(mesh, plan, scratch):
         if mesh.alive[cell]:
             mesh.cells[cell, scratch.ball[i] & 3] = plan.onto
             mesh.vertex_cell[plan.onto] = cell
-            mesh.quality[cell] = quality_at(mesh, scratch.ball[i], plan.position)
+            mesh.quality[cell] = q_with(mesh, scratch.ball[i], plan.position)
             touch(mesh, cell)
     for i in range(plan.n_other):
         cell = scratch.other[i] >> 2
         if mesh.alive[cell]:
             mesh.vertex_cell[plan.onto] = cell
-            mesh.quality[cell] = quality_at(mesh, scratch.other[i], plan.position)
+            mesh.quality[cell] = q_with(mesh, scratch.other[i], plan.position)
             touch(mesh, cell)
     mesh.vertex_cell[plan.vertex] = -1
 
 
 @kernel
-def collapse_cell(mesh, cell, victim, how, scratch, counts):
+def collapse_cell(
+    mesh: SimplexMesh, cell: int, victim: int, how: Collapse, scratch: Scratch, counts: np.ndarray
+) -> int:
     """Try the edges of a cell in turn, each in its three placements.
 
     Parameters

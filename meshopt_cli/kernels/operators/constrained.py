@@ -8,20 +8,34 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from ...compiled.decorators import entry, kernel
 from ..cavity import has_room
-from ..gather.shell import is_required
-from ..tables import TET_EDGES, TET_FACETS, TRI_FACETS
-from ..types import APPLIED, FIXED, FULL, INVALID, MAX_SHELL, N_POINTS, NOT_BETTER, TOO_LARGE
-from ..vectors import FREE, Vec, at
+from ..gather.shell import is_required, next_around
+from ..guide import FREE
+from ..tables import TET_EDGES, TRI_FACETS
+from ..types import (
+    APPLIED,
+    FIXED,
+    FULL,
+    INVALID,
+    MAX_SHELL,
+    N_POINTS,
+    NOT_BETTER,
+    TOO_LARGE,
+    Scratch,
+    SimplexMesh,
+)
+from ..vectors import ZERO, Vec, at, rounded
+from .climb import climb
 from .insert import Insertion, apply_insertion, enclose
-from .relocate import climb, rounded
 
 NOTHING = -1  # no constrained entity there
 
 
 @kernel
-def around_edge(mesh, cell, edge, scratch):
+def around_edge(mesh: SimplexMesh, cell: int, edge: int, scratch: Scratch) -> int:
     """Put the tets around an internal edge into the cavity; returns how many, 0 on the boundary."""
     first = cell
     c = mesh.cells[cell, TET_EDGES[edge, 2]]
@@ -30,32 +44,16 @@ def around_edge(mesh, cell, edge, scratch):
     while n < MAX_SHELL:
         scratch.cavity[n] = cell
         n += 1
-        local = 0
-        for k in range(4):
-            if mesh.cells[cell, k] == c:
-                local = k
-        beyond = mesh.neighbours[cell, local]
-        if beyond < 0:
+        cell, c, d = next_around(mesh, cell, c, d)
+        if cell < 0:
             return 0
-        cell = beyond >> 2
         if cell == first:
             return n
-        c = d
-        d = mesh.cells[cell, beyond & 3]
     return MAX_SHELL + 1
 
 
 @kernel
-def across_facet(mesh, cell, local, scratch):
-    """Put the two cells at a facet into the cavity; returns how many, 0 on the boundary."""
-    beyond = mesh.neighbours[cell, local]
-    scratch.cavity[0] = cell
-    scratch.cavity[1] = beyond >> 2
-    return 2 if beyond >= 0 else 0
-
-
-@kernel
-def all_on(mesh, on_boundary, cell, omitted, other):
+def all_on(mesh: SimplexMesh, on_boundary: np.ndarray, cell: int, omitted: int, other: int) -> bool:
     """Whether all vertices of a cell but two are on the boundary; -1 omits none."""
     for k in range(mesh.cells.shape[1]):
         if k not in (omitted, other) and not on_boundary[mesh.cells[cell, k]]:
@@ -64,7 +62,7 @@ def all_on(mesh, on_boundary, cell, omitted, other):
 
 
 @kernel
-def middle(mesh, cell, omitted, other):
+def middle(mesh: SimplexMesh, cell: int, omitted: int, other: int) -> Vec:
     """Barycentre of the vertices of a cell but two."""
     x = 0.0
     y = 0.0
@@ -81,13 +79,102 @@ def middle(mesh, cell, omitted, other):
 
 
 @kernel
-def simulate_constrained_split(mesh, cell, entity, on_boundary, keep, scratch):
+def refused(verdict: int) -> Insertion:
+    """The plan of a split that is not to be carried out."""
+    return Insertion(verdict, 0, 0, ZERO, 0.0)
+
+
+@kernel
+def simulate_star(mesh: SimplexMesh, n: int, p: Vec, keep: float, scratch: Scratch) -> Insertion:
+    """Star the first n cells of `scratch.cavity` from a vertex that climbs from p."""
+    before = math.inf
+    for i in range(n):
+        before = min(before, mesh.quality[scratch.cavity[i]])
+    n_facets = enclose(mesh, n, scratch)
+    p, worst = climb(mesh, scratch.ball, n_facets, rounded(mesh, p), FREE, scratch)
+    if worst <= 0.0:
+        return Insertion(INVALID, n, n_facets, p, worst)
+    if worst < keep * before:
+        return Insertion(NOT_BETTER, n, n_facets, p, worst)
+    if not has_room(mesh, n_facets):
+        return Insertion(FULL, n, n_facets, p, worst)
+    return Insertion(APPLIED, n, n_facets, p, worst)
+
+
+@kernel
+def simulate_edge_split(
+    mesh: SimplexMesh,
+    cell: int,
+    edge: int,
+    on_boundary: np.ndarray,
+    keep: float,
+    scratch: Scratch,
+) -> Insertion:
+    """Simulate a new vertex in an internal edge of a tet: its cavity is the shell."""
+    c = TET_EDGES[edge, 2]
+    d = TET_EDGES[edge, 3]
+    if not all_on(mesh, on_boundary, cell, c, d):
+        return refused(NOTHING)
+    n = around_edge(mesh, cell, edge, scratch)
+    if n == 0:
+        return refused(NOTHING)
+    if n > MAX_SHELL:
+        return refused(TOO_LARGE)
+    a = mesh.cells[cell, TET_EDGES[edge, 0]]
+    b = mesh.cells[cell, TET_EDGES[edge, 1]]
+    if is_required(mesh, a, b):
+        return refused(FIXED)
+    return simulate_star(mesh, n, middle(mesh, cell, c, d), keep, scratch)
+
+
+@kernel
+def simulate_facet_split(
+    mesh: SimplexMesh,
+    cell: int,
+    local: int,
+    on_boundary: np.ndarray,
+    keep: float,
+    scratch: Scratch,
+) -> Insertion:
+    """Simulate a new vertex in an internal facet, an edge in the plane: both its cells go."""
+    beyond = mesh.neighbours[cell, local]
+    if beyond < 0 or not all_on(mesh, on_boundary, cell, local, -1):
+        return refused(NOTHING)
+    if mesh.cells.shape[1] == 3 and is_required(
+        mesh, mesh.cells[cell, TRI_FACETS[local, 0]], mesh.cells[cell, TRI_FACETS[local, 1]]
+    ):
+        return refused(FIXED)
+    scratch.cavity[0] = cell
+    scratch.cavity[1] = beyond >> 2
+    return simulate_star(mesh, 2, middle(mesh, cell, local, -1), keep, scratch)
+
+
+@kernel
+def simulate_cell_split(
+    mesh: SimplexMesh, cell: int, on_boundary: np.ndarray, keep: float, scratch: Scratch
+) -> Insertion:
+    """Simulate a new vertex inside a cell."""
+    if not all_on(mesh, on_boundary, cell, -1, -1):
+        return refused(NOTHING)
+    scratch.cavity[0] = cell
+    return simulate_star(mesh, 1, middle(mesh, cell, -1, -1), keep, scratch)
+
+
+@kernel
+def simulate_constrained_split(
+    mesh: SimplexMesh,
+    cell: int,
+    entity: int,
+    on_boundary: np.ndarray,
+    keep: float,
+    scratch: Scratch,
+) -> Insertion:
     """Simulate a new vertex in one entity of a cell, if its vertices are all on the boundary.
 
     Parameters
     ----------
     entity : int
-        In space an edge 0..5, a face 6..9, or the cell 10; in the plane an edge 6..8, or 10.
+        The edges of a tet come first, then facets, then the cell.
     on_boundary : (np,) bool
     keep : float
         Least part of the worst q of the cells that their replacements must have.
@@ -97,46 +184,13 @@ def simulate_constrained_split(mesh, cell, entity, on_boundary, keep, scratch):
     plan : insert.Insertion
         Its verdict is NOTHING where there is no such entity.
     """
-    table = TET_FACETS if mesh.cells.shape[1] == 4 else TRI_FACETS
-    omitted = -1
-    other = -1
-    n = 1
-    scratch.cavity[0] = cell
-    if entity < 6:
-        omitted = TET_EDGES[entity, 2]
-        other = TET_EDGES[entity, 3]
-        a = mesh.cells[cell, TET_EDGES[entity, 0]]
-        b = mesh.cells[cell, TET_EDGES[entity, 1]]
-    elif entity < 10:
-        omitted = entity - 6
-        a = mesh.cells[cell, table[omitted, 0]]
-        b = mesh.cells[cell, table[omitted, 1]]
-    nowhere = at(mesh.points, mesh.cells[cell, 0])
-    if not all_on(mesh, on_boundary, cell, omitted, other):
-        return Insertion(NOTHING, 0, 0, nowhere, 0.0)
-    if entity < 6:
-        n = around_edge(mesh, cell, entity, scratch)
-    elif entity < 10:
-        n = across_facet(mesh, cell, omitted, scratch)
-    if n == 0:
-        return Insertion(NOTHING, 0, 0, nowhere, 0.0)
-    if n > MAX_SHELL:
-        return Insertion(TOO_LARGE, 0, 0, nowhere, 0.0)
-    if (entity < 6 or (mesh.cells.shape[1] == 3 and entity < 10)) and is_required(mesh, a, b):
-        return Insertion(FIXED, 0, 0, nowhere, 0.0)
-    before = math.inf
-    for i in range(n):
-        before = min(before, mesh.quality[scratch.cavity[i]])
-    n_facets = enclose(mesh, n, scratch)
-    p = rounded(mesh, middle(mesh, cell, omitted, other))
-    p, worst = climb(mesh, scratch.ball, n_facets, p, FREE, scratch)
-    if worst <= 0.0:
-        return Insertion(INVALID, n, n_facets, p, worst)
-    if worst < keep * before:
-        return Insertion(NOT_BETTER, n, n_facets, p, worst)
-    if not has_room(mesh, n_facets):
-        return Insertion(FULL, n, n_facets, p, worst)
-    return Insertion(APPLIED, n, n_facets, p, worst)
+    width = mesh.cells.shape[1]
+    n_edges = 6 if width == 4 else 0
+    if entity < n_edges:
+        return simulate_edge_split(mesh, cell, entity, on_boundary, keep, scratch)
+    if entity < n_edges + width:
+        return simulate_facet_split(mesh, cell, entity - n_edges, on_boundary, keep, scratch)
+    return simulate_cell_split(mesh, cell, on_boundary, keep, scratch)
 
 
 @entry
@@ -150,11 +204,9 @@ def sweep_constrained(mesh, order, on_boundary, keep, max_points, scratch, count
     """
     for i in range(order.shape[0]):
         cell = order[i]
-        for entity in range(0 if mesh.cells.shape[1] == 4 else 6, 11):
+        for entity in range(11 if mesh.cells.shape[1] == 4 else 4):
             if not mesh.alive[cell] or mesh.state[N_POINTS] >= max_points:
                 break
-            if entity - 6 == mesh.cells.shape[1]:
-                continue  # a triangle has no fourth edge
             plan = simulate_constrained_split(mesh, cell, entity, on_boundary, keep, scratch)
             if plan.verdict == NOTHING:
                 continue

@@ -13,41 +13,37 @@ from ..accept import is_accepted, threshold
 from ..cavity import has_room
 from ..gather.ball import local_index, next_stamp
 from ..gather.shell import is_required
-from ..shape.simplex import tet_quality
+from ..judge import q_of_tet
 from ..tables import TET_FACETS
-from ..types import APPLIED, FIXED, FULL, INVALID, MAX_SHELL, NOT_BETTER
-from ..vectors import at
+from ..types import APPLIED, FIXED, FULL, INVALID, MAX_SHELL, NOT_BETTER, Scratch, SimplexMesh
 from .swap import SwapPlan, put
 
 MAX_FACES = MAX_SHELL // 2  # each face has two tets in `scratch.shell`
 
 
 @kernel
-def rim_quality(mesh, i, d, e, scratch):
-    """q of the new tet at an edge of the rim of the faces."""
-    rim = scratch.facets
-    return tet_quality(
-        mesh.measure,
-        at(mesh.points, e),
-        at(mesh.points, rim[i, 0]),
-        at(mesh.points, rim[i, 1]),
-        at(mesh.points, d),
-    )
-
-
-@kernel
-def set_rim(mesh, i, a, b, above, below, d, e, scratch):
-    """Put an edge of a face, with the tets at that face, on the rim."""
+def set_rim(
+    mesh: SimplexMesh,
+    i: int,
+    a: int,
+    b: int,
+    above: int,
+    below: int,
+    d: int,
+    e: int,
+    scratch: Scratch,
+) -> None:
+    """Put an edge of a face, with the tets at that face, on the rim, and measure its new tet."""
     rim = scratch.facets
     rim[i, 0] = a
     rim[i, 1] = b
     rim[i, 2] = above
     rim[i, 3] = below
-    scratch.values[i] = rim_quality(mesh, i, d, e, scratch)
+    scratch.values[i] = q_of_tet(mesh, e, a, b, d)
 
 
 @kernel
-def beyond_rim(mesh, i, d, e, scratch):
+def beyond_rim(mesh: SimplexMesh, i: int, d: int, e: int, scratch: Scratch) -> tuple[int, int, int]:
     """The next face between d and e across an edge of the rim.
 
     Returns
@@ -81,7 +77,9 @@ def beyond_rim(mesh, i, d, e, scratch):
 
 
 @kernel
-def simulate_face_removal(mesh, handle, rule, floor, scratch):
+def simulate_face_removal(
+    mesh: SimplexMesh, handle: int, rule: int, floor: float, scratch: Scratch
+) -> SwapPlan:
     """Remove a face, and as many of those around it as make the worst new tet best.
 
     As with cavities, the faces grow across the edge of the rim whose new tet is the worst.

@@ -11,10 +11,9 @@ from ..cavity import link
 from ..gather.ball import touch
 from ..gather.shell import is_required
 from ..journal import keep
-from ..shape.simplex import tri_quality
+from ..judge import q_of_triangle
 from ..tables import TRI_FACETS
-from ..types import APPLIED, FIXED, INVALID, NOT_BETTER
-from ..vectors import at
+from ..types import APPLIED, FIXED, INVALID, NOT_BETTER, Scratch, SimplexMesh
 
 
 class FlipPlan(NamedTuple):
@@ -28,7 +27,7 @@ class FlipPlan(NamedTuple):
 
 
 @kernel
-def simulate_flip(mesh, handle, rule, floor):
+def simulate_flip(mesh: SimplexMesh, handle: int, rule: int, floor: float) -> FlipPlan:
     """Put the edge between the apexes of two triangles in place of their common one."""
     cell = handle >> 2
     local = handle & 3
@@ -39,12 +38,10 @@ def simulate_flip(mesh, handle, rule, floor):
     b = mesh.cells[cell, (local + 2) % 3]
     if is_required(mesh, a, b):
         return FlipPlan(FIXED, handle, beyond, 0.0, 0.0)
-    pa = at(mesh.points, a)
-    pb = at(mesh.points, b)
-    pc = at(mesh.points, mesh.cells[cell, local])
-    pd = at(mesh.points, mesh.cells[beyond >> 2, beyond & 3])
-    q_one = tri_quality(mesh.measure, pa, pd, pc)
-    q_other = tri_quality(mesh.measure, pd, pb, pc)
+    c = mesh.cells[cell, local]
+    d = mesh.cells[beyond >> 2, beyond & 3]
+    q_one = q_of_triangle(mesh, a, d, c)
+    q_other = q_of_triangle(mesh, d, b, c)
     before = min(mesh.quality[cell], mesh.quality[beyond >> 2])
     after = min(q_one, q_other)
     verdict = APPLIED
@@ -61,7 +58,7 @@ def simulate_flip(mesh, handle, rule, floor):
 
 
 @kernel
-def apply_flip(mesh, plan, scratch):
+def apply_flip(mesh: SimplexMesh, plan: FlipPlan, scratch: Scratch) -> None:
     """Carry out a simulated flip."""
     one = plan.one >> 2
     other = plan.other >> 2
@@ -88,10 +85,6 @@ def apply_flip(mesh, plan, scratch):
     mesh.cells[other, 2] = c
     mesh.neighbours[one, 0] = 4 * other + 1
     mesh.neighbours[other, 1] = 4 * one
-    mesh.neighbours[one, 1] = -1
-    mesh.neighbours[one, 2] = -1
-    mesh.neighbours[other, 0] = -1
-    mesh.neighbours[other, 2] = -1
     link(mesh, 4 * one + 1, beyond_ca)
     link(mesh, 4 * one + 2, beyond_ad)
     link(mesh, 4 * other, beyond_bc)

@@ -11,16 +11,30 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from ...compiled.decorators import entry, kernel
-from ..accept import mean_falls
+from ..accept import UNCHANGED, lowers_mean, with_cell, without
 from ..cavity import has_room, replace_cells
-from ..gather.ball import next_stamp, quality_at
+from ..gather.ball import next_stamp
 from ..gather.shell import is_required
+from ..guide import FREE
 from ..journal import keep_vertex
+from ..judge import q_with
 from ..tables import TET_EDGES, TET_FACETS, TRI_EDGES, TRI_FACETS
-from ..types import APPLIED, FULL, INVALID, N_POINTS, NOT_BETTER, NOT_LEGAL, TOO_LARGE
-from ..vectors import FREE, Vec, at, toward
-from .relocate import climb, rounded
+from ..types import (
+    APPLIED,
+    FULL,
+    INVALID,
+    N_POINTS,
+    NOT_BETTER,
+    NOT_LEGAL,
+    TOO_LARGE,
+    Scratch,
+    SimplexMesh,
+)
+from ..vectors import Vec, at, rounded, set_point, toward
+from .climb import climb
 
 MAX_CAVITY = 40  # cells
 PATIENCE = 10  # cells that may join without gain
@@ -51,7 +65,7 @@ class Insertion(NamedTuple):
 
 
 @kernel
-def centre(mesh, cell):
+def centre(mesh: SimplexMesh, cell: int) -> Vec:
     """Barycentre of a cell."""
     x = 0.0
     y = 0.0
@@ -66,7 +80,9 @@ def centre(mesh, cell):
 
 
 @kernel
-def grow_cavity(mesh, cell, p, scratch):
+def grow_cavity(
+    mesh: SimplexMesh, cell: int, p: Vec, scratch: Scratch
+) -> tuple[int, int, float, float]:
     """Find the cavity around a cell whose star from p has the best worst q.
 
     Returns
@@ -89,7 +105,7 @@ def grow_cavity(mesh, cell, p, scratch):
     n_facets = 0
     for k in range(width):
         facets[n_facets] = 4 * cell + k
-        values[n_facets] = quality_at(mesh, facets[n_facets], p)
+        values[n_facets] = q_with(mesh, facets[n_facets], p)
         n_facets += 1
     before = mesh.quality[cell]
     best_n = 0
@@ -121,7 +137,7 @@ def grow_cavity(mesh, cell, p, scratch):
 
 
 @kernel
-def enclose(mesh, n_cells, scratch):
+def enclose(mesh: SimplexMesh, n_cells: int, scratch: Scratch) -> int:
     """Collect the facets of the first cells of `scratch.cavity`; returns how many there are."""
     cavity = scratch.cavity
     n_facets = 0
@@ -138,7 +154,16 @@ def enclose(mesh, n_cells, scratch):
 
 
 @kernel
-def close_facets(mesh, added, facets, values, n_facets, p, stamp, scratch):
+def close_facets(
+    mesh: SimplexMesh,
+    added: int,
+    facets: np.ndarray,
+    values: np.ndarray,
+    n_facets: int,
+    p: Vec,
+    stamp: int,
+    scratch: Scratch,
+) -> int:
     """Update the facets of a cavity for a cell that joined it; returns how many there are."""
     for k in range(mesh.cells.shape[1]):
         beyond = mesh.neighbours[added, k]
@@ -151,13 +176,13 @@ def close_facets(mesh, added, facets, values, n_facets, p, stamp, scratch):
                     break
         else:
             facets[n_facets] = 4 * added + k
-            values[n_facets] = quality_at(mesh, facets[n_facets], p)
+            values[n_facets] = q_with(mesh, facets[n_facets], p)
             n_facets += 1
     return n_facets
 
 
 @kernel
-def is_legal_cavity(mesh, n_cells, n_facets, scratch):
+def is_legal_cavity(mesh: SimplexMesh, n_cells: int, n_facets: int, scratch: Scratch) -> bool:
     """Whether a star of the cavity keeps all vertices and all edges that must stay."""
     width = mesh.cells.shape[1]
     stamp = next_stamp(scratch)
@@ -182,19 +207,22 @@ def is_legal_cavity(mesh, n_cells, n_facets, scratch):
 
 
 @kernel
-def lowers_mean(mesh, n_cells, n_facets, p, scratch):
+def has_lower_mean(
+    mesh: SimplexMesh, n_cells: int, n_facets: int, p: Vec, scratch: Scratch
+) -> bool:
     """Whether the mean Q of the star of a cavity from p is below that of its cells."""
-    before = 0.0
-    after = 0.0
+    sums = UNCHANGED
     for i in range(n_cells):
-        before += 1.0 / mesh.quality[scratch.cavity[i]]
+        sums = without(sums, mesh.quality[scratch.cavity[i]])
     for i in range(n_facets):
-        after += 1.0 / quality_at(mesh, scratch.ball[i], p)
-    return mean_falls(before / n_cells, after / n_facets)
+        sums = with_cell(sums, q_with(mesh, scratch.ball[i], p))
+    return lowers_mean(sums)
 
 
 @kernel
-def refine_insertion(mesh, cell, start, how, scratch):
+def refine_insertion(
+    mesh: SimplexMesh, cell: int, start: Vec, how: Splitting, scratch: Scratch
+) -> Insertion:
     """Let the cavity grow and the new vertex move in turn, from one starting point."""
     p = rounded(mesh, start)
     n_cells, n_facets, worst, before = grow_cavity(mesh, cell, p, scratch)
@@ -208,7 +236,7 @@ def refine_insertion(mesh, cell, start, how, scratch):
     if worst <= 0.0:
         return Insertion(INVALID, n_cells, n_facets, p, worst)
     if worst <= before + how.gain * abs(before) or (
-        before > how.urgent and not lowers_mean(mesh, n_cells, n_facets, p, scratch)
+        before > how.urgent and not has_lower_mean(mesh, n_cells, n_facets, p, scratch)
     ):
         return Insertion(NOT_BETTER, n_cells, n_facets, p, worst)
     if not is_legal_cavity(mesh, n_cells, n_facets, scratch):
@@ -221,7 +249,7 @@ def refine_insertion(mesh, cell, start, how, scratch):
 
 
 @kernel
-def starting_point(mesh, cell, which):
+def starting_point(mesh: SimplexMesh, cell: int, which: int) -> Vec:
     """Where a new vertex for a bad cell may start: its centre, or the middle of an edge."""
     if which == 0:
         return centre(mesh, cell)
@@ -234,7 +262,7 @@ def starting_point(mesh, cell, which):
 
 
 @kernel
-def simulate_insertion(mesh, cell, how, scratch):
+def simulate_insertion(mesh: SimplexMesh, cell: int, how: Splitting, scratch: Scratch) -> Insertion:
     """Simulate the insertion of a vertex that mends a cell.
 
     The starting points are compared by their first cavities; the two best are refined, and
@@ -265,15 +293,13 @@ def simulate_insertion(mesh, cell, how, scratch):
 
 
 @kernel
-def apply_insertion(mesh, plan, scratch):
+def apply_insertion(mesh: SimplexMesh, plan: Insertion, scratch: Scratch) -> int:
     """Carry out a simulated insertion; returns the new vertex."""
     width = mesh.cells.shape[1]
     vertex = mesh.state[N_POINTS]
     mesh.state[N_POINTS] += 1
     keep_vertex(mesh, vertex, scratch)
-    mesh.points[vertex, 0] = plan.position.x
-    mesh.points[vertex, 1] = plan.position.y
-    mesh.points[vertex, 2] = plan.position.z
+    set_point(mesh.points, vertex, plan.position)
     mesh.fixed[vertex] = False
     for i in range(plan.n_facets):
         cell = scratch.ball[i] >> 2

@@ -11,13 +11,15 @@ import math
 from enum import IntEnum
 from typing import NamedTuple
 
+import numpy as np
+
 from ...compiled.decorators import entry, kernel
 from ..accept import FLOOR, STRICT, gained
 from ..cavity import has_room
 from ..journal import (
     close_journal,
+    has_lower_mean,
     has_pages,
-    lowers_mean,
     open_journal,
     roll_back,
     worst_after,
@@ -25,12 +27,13 @@ from ..journal import (
 )
 from ..shape.classify import cell_type
 from ..tables import TET_EDGES, TRI_EDGES
-from ..types import APPLIED, FULL, N_POINTS, NOT_BETTER, NOT_LEGAL
-from .collapse import Collapse, apply_collapse, simulate_collapse
+from ..types import APPLIED, FULL, N_POINTS, NOT_BETTER, NOT_LEGAL, Scratch, SimplexMesh
+from ..vectors import rounded
+from .climb import apply_relocation, simulate_climb
+from .collapse import MAX_GROWTH, Collapse, apply_collapse, simulate_collapse
 from .face_removal import simulate_face_removal
 from .flip import apply_flip, simulate_flip
 from .insert import Insertion, apply_insertion, grow_cavity, is_legal_cavity, starting_point
-from .relocate import apply_relocation, rounded, simulate_climb
 from .swap import apply_swap, simulate_edge_swap
 
 
@@ -49,8 +52,6 @@ RELOCATE, REMOVE_EDGE, REMOVE_FACES, COLLAPSE, INSERT = (int(r) for r in list(Re
 # Number of first changes of each remedy, for triangles and for tets.
 WAYS = ((0, 1, 3, 0, 6, 4), (0, 1, 6, 4, 12, 7))
 
-MAX_GROWTH = 1.5  # of edges, by a collapse
-
 
 class Mending(NamedTuple):
     """How to mend."""
@@ -65,7 +66,7 @@ class Mending(NamedTuple):
 
 
 @kernel
-def climb_vertex(mesh, vertex, scratch):
+def climb_vertex(mesh: SimplexMesh, vertex: int, scratch: Scratch) -> bool:
     """Move a vertex to where its ball is best; whether it moved."""
     plan = simulate_climb(mesh, vertex, math.inf, scratch)
     if plan.verdict == APPLIED:
@@ -74,7 +75,7 @@ def climb_vertex(mesh, vertex, scratch):
 
 
 @kernel
-def climb_cell(mesh, cell, scratch):
+def climb_cell(mesh: SimplexMesh, cell: int, scratch: Scratch) -> bool:
     """Move the free vertices of a cell; whether any moved."""
     moved = False
     for k in range(mesh.cells.shape[1]):
@@ -85,7 +86,9 @@ def climb_cell(mesh, cell, scratch):
 
 
 @kernel
-def swap_edge(mesh, cell, edge, rule, floor, do, scratch):
+def swap_edge(
+    mesh: SimplexMesh, cell: int, edge: int, rule: int, floor: float, do: bool, scratch: Scratch
+) -> tuple[int, float]:
     """Simulate the removal of an edge of a cell, and apply it if `do` and it is accepted.
 
     Returns
@@ -106,7 +109,9 @@ def swap_edge(mesh, cell, edge, rule, floor, do, scratch):
 
 
 @kernel
-def swap_faces(mesh, cell, local, rule, floor, do, scratch):
+def swap_faces(
+    mesh: SimplexMesh, cell: int, local: int, rule: int, floor: float, do: bool, scratch: Scratch
+) -> tuple[int, float]:
     """The same for a face of a tet and those around it."""
     plan = simulate_face_removal(mesh, 4 * cell + local, rule, floor, scratch)
     if do and plan.verdict == APPLIED:
@@ -115,7 +120,7 @@ def swap_faces(mesh, cell, local, rule, floor, do, scratch):
 
 
 @kernel
-def swap_cell(mesh, cell, scratch):
+def swap_cell(mesh: SimplexMesh, cell: int, scratch: Scratch) -> bool:
     """Apply the first swap of a cell that is accepted; whether there was one."""
     tets = mesh.cells.shape[1] == 4
     for edge in range(6 if tets else 3):
@@ -128,7 +133,15 @@ def swap_cell(mesh, cell, scratch):
 
 
 @kernel
-def change(mesh, cell, remedy, way, how, do, scratch):
+def change(
+    mesh: SimplexMesh,
+    cell: int,
+    remedy: int,
+    way: int,
+    how: Mending,
+    do: bool,
+    scratch: Scratch,
+) -> tuple[int, float]:
     """What one way of a remedy makes of a cell at once; with `do` it is done.
 
     Returns
@@ -148,7 +161,9 @@ def change(mesh, cell, remedy, way, how, do, scratch):
 
 
 @kernel
-def collapse_edge(mesh, cell, way, floor, do, scratch):
+def collapse_edge(
+    mesh: SimplexMesh, cell: int, way: int, floor: float, do: bool, scratch: Scratch
+) -> tuple[int, float]:
     """Put one end of an edge on the other: the ways go over the edges, both ends of each."""
     table = TET_EDGES if mesh.cells.shape[1] == 4 else TRI_EDGES
     vertex = mesh.cells[cell, table[way >> 1, way & 1]]
@@ -160,7 +175,15 @@ def collapse_edge(mesh, cell, way, floor, do, scratch):
 
 
 @kernel
-def insert_vertex(mesh, cell, way, floor, max_points, do, scratch):
+def insert_vertex(
+    mesh: SimplexMesh,
+    cell: int,
+    way: int,
+    floor: float,
+    max_points: int,
+    do: bool,
+    scratch: Scratch,
+) -> tuple[int, float]:
     """Star a cavity from a new vertex, and let it climb: the ways are where it starts."""
     if mesh.state[N_POINTS] >= max_points:
         return NOT_BETTER, 0.0
@@ -179,7 +202,7 @@ def insert_vertex(mesh, cell, way, floor, max_points, do, scratch):
 
 
 @kernel
-def improve(mesh, goal, n_steps, scratch):
+def improve(mesh: SimplexMesh, goal: float, n_steps: int, scratch: Scratch) -> float:
     """Improve what changed since the journal was opened, the worst cell first.
 
     Returns
@@ -201,12 +224,12 @@ def improve(mesh, goal, n_steps, scratch):
 
 
 @kernel
-def pays(mesh, goal, how, scratch):
+def pays(mesh: SimplexMesh, goal: float, how: Mending, scratch: Scratch) -> bool:
     """Improve on what was done since the journal was opened, and undo it all if it is no gain."""
     after = improve(mesh, goal, how.steps, scratch)
     before = worst_before(mesh, scratch)
     if after > before + how.gain * abs(before) and (
-        before <= how.urgent or lowers_mean(mesh, scratch)
+        before <= how.urgent or has_lower_mean(mesh, scratch)
     ):
         close_journal(scratch)
         return True
@@ -215,7 +238,7 @@ def pays(mesh, goal, how, scratch):
 
 
 @kernel
-def try_remedy(mesh, cell, remedy, how, scratch):
+def try_remedy(mesh: SimplexMesh, cell: int, remedy: int, how: Mending, scratch: Scratch) -> int:
     """Try the most promising ways of one remedy until one pays.
 
     Returns
@@ -250,7 +273,9 @@ def try_remedy(mesh, cell, remedy, how, scratch):
 
 
 @kernel
-def mend_cell(mesh, cell, remedies, how, scratch):
+def mend_cell(
+    mesh: SimplexMesh, cell: int, remedies: np.ndarray, how: Mending, scratch: Scratch
+) -> int:
     """Try the remedies for the type of a cell, in their order; returns the verdict."""
     kind = cell_type(mesh.points, mesh.cells[cell])
     for i in range(remedies.shape[1]):

@@ -6,15 +6,24 @@ the patch may not fall below a floor.
 
 from __future__ import annotations
 
+import numpy as np
+
 from ...compiled.decorators import entry, kernel
 from ..tables import TET_EDGES
-from ..types import NOT_BETTER
+from ..types import APPLIED, NOT_BETTER, Scratch, SimplexMesh
 from .flip import apply_flip, simulate_flip
-from .swap import APPLIED, NOT_VISITED, apply_swap, simulate_edge_removal, simulate_face_swap
+from .swap import (
+    NOT_VISITED,
+    Swap,
+    apply_swap,
+    collect_triangles,
+    simulate_edge_removal,
+    simulate_face_swap,
+)
 
 
 @kernel
-def raise_degree(degree, target, vertex, by):
+def raise_degree(degree: np.ndarray, target: np.ndarray, vertex: int, by: int) -> float:
     """Change a degree by one; returns by how much its squared difference rises."""
     before = degree[vertex] - target[vertex]
     degree[vertex] += by
@@ -23,33 +32,32 @@ def raise_degree(degree, target, vertex, by):
 
 
 @kernel
-def change_ring(degree, target, a, b, n, by, scratch):
+def change_ring(
+    degree: np.ndarray, target: np.ndarray, a: int, b: int, n: int, by: int, scratch: Scratch
+) -> float:
     """Change the degrees as the planned removal of the edge a b does (by = 1), or back (-1)."""
     rise = raise_degree(degree, target, a, -by) + raise_degree(degree, target, b, -by)
-    stack = scratch.facets
-    stack[0, 0] = 0
-    stack[0, 1] = n - 1
-    waiting = 1
-    while waiting > 0:
-        waiting -= 1
-        i = stack[waiting, 0]
-        j = stack[waiting, 1]
-        if j - i < 2:
-            continue
+    ring = scratch.ring
+    for t in range(collect_triangles(n, scratch)):
+        i = scratch.facets[t, 0]
+        j = scratch.facets[t, 2]
+        # The side i j of a triangle is a new edge, but for the side that closes the polygon.
         if j - i < n - 1:
-            rise += raise_degree(degree, target, scratch.ring[i], by)
-            rise += raise_degree(degree, target, scratch.ring[j], by)
-        k = scratch.split[i, j]
-        stack[waiting, 0] = i
-        stack[waiting, 1] = k
-        stack[waiting + 1, 0] = k
-        stack[waiting + 1, 1] = j
-        waiting += 2
+            rise += raise_degree(degree, target, ring[i], by)
+            rise += raise_degree(degree, target, ring[j], by)
     return rise
 
 
 @kernel
-def relax_edge(mesh, cell, edge, how, degree, target, scratch):
+def relax_edge(
+    mesh: SimplexMesh,
+    cell: int,
+    edge: int,
+    how: Swap,
+    degree: np.ndarray,
+    target: np.ndarray,
+    scratch: Scratch,
+) -> int:
     """Remove an edge of a tet when the degrees gain by it; returns the verdict."""
     plan = simulate_edge_removal(mesh, 8 * cell + edge, how.rule, how.floor, scratch)
     if plan.verdict != APPLIED:
@@ -64,7 +72,15 @@ def relax_edge(mesh, cell, edge, how, degree, target, scratch):
 
 
 @kernel
-def relax_face(mesh, cell, local, how, degree, target, scratch):
+def relax_face(
+    mesh: SimplexMesh,
+    cell: int,
+    local: int,
+    how: Swap,
+    degree: np.ndarray,
+    target: np.ndarray,
+    scratch: Scratch,
+) -> int:
     """Put an edge in place of a face of a tet when the degrees gain by it."""
     plan = simulate_face_swap(mesh, 4 * cell + local, how.rule, how.floor, scratch)
     if plan.verdict != APPLIED:
@@ -82,7 +98,15 @@ def relax_face(mesh, cell, local, how, degree, target, scratch):
 
 
 @kernel
-def relax_flip(mesh, cell, local, how, degree, target, scratch):
+def relax_flip(
+    mesh: SimplexMesh,
+    cell: int,
+    local: int,
+    how: Swap,
+    degree: np.ndarray,
+    target: np.ndarray,
+    scratch: Scratch,
+) -> int:
     """Flip an edge of a triangle when the degrees gain by it."""
     plan = simulate_flip(mesh, 4 * cell + local, how.rule, how.floor)
     if plan.verdict != APPLIED:

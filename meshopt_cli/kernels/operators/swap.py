@@ -9,21 +9,39 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from ...compiled.decorators import entry, inlined, kernel
-from ..accept import FLAT, MEAN, is_accepted, mean_falls, threshold
+from ..accept import (
+    FLAT,
+    MEAN,
+    UNCHANGED,
+    is_accepted,
+    lowers_mean,
+    threshold,
+    with_cell,
+    without,
+)
 from ..cavity import has_room, replace_cells
 from ..gather.shell import (
-    SHELL_ELSEWHERE,
     SHELL_OPEN,
     SHELL_OVERFLOW,
     gather_open_shell,
     gather_shell,
     is_required,
 )
-from ..shape.simplex import tet_quality
+from ..judge import q_of_row, q_of_tet
 from ..tables import TET_EDGES, TET_FACETS
-from ..types import APPLIED, FIXED, FULL, INVALID, NOT_BETTER, TOO_LARGE
-from ..vectors import at
+from ..types import (
+    APPLIED,
+    FIXED,
+    FULL,
+    INVALID,
+    NOT_BETTER,
+    TOO_LARGE,
+    Scratch,
+    SimplexMesh,
+)
 
 # The shell is looked at from another of its tets: no attempt, and no verdict.
 NOT_VISITED = -1
@@ -47,8 +65,9 @@ class SwapPlan(NamedTuple):
     worst: float  # q of the worst new tet
 
 
-@kernel
-def put(created, i, a, b, c, d):
+@inlined
+def put(created: np.ndarray, i: int, a: int, b: int, c: int, d: int) -> None:
+    """Write a tet into a row of `scratch.created`."""
     created[i, 0] = a
     created[i, 1] = b
     created[i, 2] = c
@@ -56,7 +75,9 @@ def put(created, i, a, b, c, d):
 
 
 @kernel
-def simulate_face_swap(mesh, handle, rule, floor, scratch):
+def simulate_face_swap(
+    mesh: SimplexMesh, handle: int, rule: int, floor: float, scratch: Scratch
+) -> SwapPlan:
     """Replace the two tets at a face by three around the edge that joins their apexes."""
     cell = handle >> 2
     local = handle & 3
@@ -71,16 +92,11 @@ def simulate_face_swap(mesh, handle, rule, floor, scratch):
     c = mesh.cells[cell, TET_FACETS[local, 2]]
     d = mesh.cells[cell, local]
     e = mesh.cells[other, beyond & 3]
-    pa = at(mesh.points, a)
-    pb = at(mesh.points, b)
-    pc = at(mesh.points, c)
-    pd = at(mesh.points, d)
-    pe = at(mesh.points, e)
-    worst = tet_quality(mesh.measure, pe, pa, pb, pd)
+    worst = q_of_tet(mesh, e, a, b, d)
     if worst > stop:
-        worst = min(worst, tet_quality(mesh.measure, pe, pb, pc, pd))
+        worst = min(worst, q_of_tet(mesh, e, b, c, d))
     if worst > stop:
-        worst = min(worst, tet_quality(mesh.measure, pe, pc, pa, pd))
+        worst = min(worst, q_of_tet(mesh, e, c, a, d))
     if worst <= 0.0:
         return SwapPlan(INVALID, 2, 3, worst)
     if not is_accepted(rule, floor, before, worst):
@@ -96,7 +112,9 @@ def simulate_face_swap(mesh, handle, rule, floor, scratch):
 
 
 @kernel
-def triangulate_ring(mesh, a, b, n, stop, scratch):
+def triangulate_ring(
+    mesh: SimplexMesh, a: int, b: int, n: int, stop: float, scratch: Scratch
+) -> float:
     """Best triangulation of the polygon `scratch.ring` joined with both ends of an edge.
 
     `scratch.table[i, j]` becomes the worst q over the part of the polygon from i to j, and
@@ -111,26 +129,21 @@ def triangulate_ring(mesh, a, b, n, stop, scratch):
     ring = scratch.ring
     table = scratch.table
     split = scratch.split
-    pa = at(mesh.points, a)
-    pb = at(mesh.points, b)
     for i in range(n - 1):
         table[i, i + 1] = 2.0
     for width in range(2, n):
         for i in range(n - width):
             j = i + width
-            pi = at(mesh.points, ring[i])
-            pj = at(mesh.points, ring[j])
             best = stop
             best_k = -1
             for k in range(i + 1, j):
                 worst = min(table[i, k], table[k, j])
                 if worst <= best:
                     continue
-                pk = at(mesh.points, ring[k])
-                worst = min(worst, tet_quality(mesh.measure, pi, pk, pj, pb))
+                worst = min(worst, q_of_tet(mesh, ring[i], ring[k], ring[j], b))
                 if worst <= best:
                     continue
-                worst = min(worst, tet_quality(mesh.measure, pi, pj, pk, pa))
+                worst = min(worst, q_of_tet(mesh, ring[i], ring[j], ring[k], a))
                 if worst > best:
                     best = worst
                     best_k = k
@@ -140,35 +153,78 @@ def triangulate_ring(mesh, a, b, n, stop, scratch):
 
 
 @kernel
-def collect_ring(a, b, n, scratch):
-    """Write the tets of the best triangulation to `scratch.created`; returns how many."""
-    ring = scratch.ring
-    # The parts still to be taken apart wait in `facets`.
-    stack = scratch.facets
-    stack[0, 0] = 0
-    stack[0, 1] = n - 1
+def collect_triangles(n: int, scratch: Scratch) -> int:
+    """Write the triangles of the best triangulation of a polygon into `scratch.facets`.
+
+    Returns
+    -------
+    n : int
+        How many: places i < k < j in the ring, in the first three columns.
+    """
+    triangles = scratch.facets
+    # The parts of the polygon that are still to be taken apart, as pairs of places.
+    stack = scratch.other
+    stack[0] = 0
+    stack[1] = n - 1
     waiting = 1
-    n_new = 0
+    n_triangles = 0
     while waiting > 0:
         waiting -= 1
-        i = stack[waiting, 0]
-        j = stack[waiting, 1]
+        i = stack[2 * waiting]
+        j = stack[2 * waiting + 1]
         if j - i < 2:
             continue
         k = scratch.split[i, j]
-        put(scratch.created, n_new, ring[i], ring[k], ring[j], b)
-        put(scratch.created, n_new + 1, ring[i], ring[j], ring[k], a)
-        n_new += 2
-        stack[waiting, 0] = i
-        stack[waiting, 1] = k
-        stack[waiting + 1, 0] = k
-        stack[waiting + 1, 1] = j
+        triangles[n_triangles, 0] = i
+        triangles[n_triangles, 1] = k
+        triangles[n_triangles, 2] = j
+        n_triangles += 1
+        stack[2 * waiting] = i
+        stack[2 * waiting + 1] = k
+        stack[2 * waiting + 2] = k
+        stack[2 * waiting + 3] = j
         waiting += 2
-    return n_new
+    return n_triangles
 
 
 @kernel
-def simulate_edge_removal(mesh, handle, rule, floor, scratch):
+def collect_ring(a: int, b: int, n: int, scratch: Scratch) -> int:
+    """Write the tets of the best triangulation to `scratch.created`; returns how many."""
+    ring = scratch.ring
+    n_triangles = collect_triangles(n, scratch)
+    for t in range(n_triangles):
+        i = ring[scratch.facets[t, 0]]
+        k = ring[scratch.facets[t, 1]]
+        j = ring[scratch.facets[t, 2]]
+        put(scratch.created, 2 * t, i, k, j, b)
+        put(scratch.created, 2 * t + 1, i, j, k, a)
+    return 2 * n_triangles
+
+
+@inlined
+def around(mesh: SimplexMesh, handle: int) -> tuple[int, int, int, int, int]:
+    """A tet and its vertices (a, b, c, d), of which a b is the edge of the handle."""
+    cell = handle >> 3
+    edge = handle & 7
+    return (
+        cell,
+        mesh.cells[cell, TET_EDGES[edge, 0]],
+        mesh.cells[cell, TET_EDGES[edge, 1]],
+        mesh.cells[cell, TET_EDGES[edge, 2]],
+        mesh.cells[cell, TET_EDGES[edge, 3]],
+    )
+
+
+@inlined
+def not_gathered(n: int) -> SwapPlan:
+    """The plan where a shell could not be gathered, from what is in place of its length."""
+    return SwapPlan(TOO_LARGE if n == SHELL_OVERFLOW else NOT_VISITED, 0, 0, 0.0)
+
+
+@kernel
+def simulate_edge_removal(
+    mesh: SimplexMesh, handle: int, rule: int, floor: float, scratch: Scratch
+) -> SwapPlan:
     """Remove an edge: replace its closed shell by the best triangulation of its polygon.
 
     Parameters
@@ -176,19 +232,12 @@ def simulate_edge_removal(mesh, handle, rule, floor, scratch):
     handle : int
         `8 * tet + edge`, the tet being the worst of the shell.
     """
-    cell = handle >> 3
-    edge = handle & 7
-    a = mesh.cells[cell, TET_EDGES[edge, 0]]
-    b = mesh.cells[cell, TET_EDGES[edge, 1]]
-    c = mesh.cells[cell, TET_EDGES[edge, 2]]
-    d = mesh.cells[cell, TET_EDGES[edge, 3]]
+    cell, a, b, c, d = around(mesh, handle)
     n = gather_shell(mesh, cell, a, b, c, d, scratch)
-    if n == SHELL_OVERFLOW:
-        return SwapPlan(TOO_LARGE, 0, 0, 0.0)
-    if n == SHELL_ELSEWHERE:
-        return SwapPlan(NOT_VISITED, 0, 0, 0.0)
+    if n < 0:
+        return not_gathered(n)
     if n < 3 or is_required(mesh, a, b):
-        return SwapPlan(FIXED, max(n, 0), 0, 0.0)
+        return SwapPlan(FIXED, n, 0, 0.0)
     before = mesh.quality[cell]
     stop = threshold(rule, floor, before)
     worst = triangulate_ring(mesh, a, b, n, stop, scratch)
@@ -202,32 +251,25 @@ def simulate_edge_removal(mesh, handle, rule, floor, scratch):
 
 
 @kernel
-def simulate_open_swap(mesh, handle, rule, floor, scratch):
+def simulate_open_swap(
+    mesh: SimplexMesh, handle: int, rule: int, floor: float, scratch: Scratch
+) -> SwapPlan:
     """Remove the faces inside an open shell; its edge and its two outer faces stay.
 
     One tet is left at the edge, between those faces; the rest becomes the best triangulation
     of the polygon around it. With two tets this is the swap of the face between them. Where the
-    outer faces lie in a plane and the boundary slides, no tet is left, and the edge goes.
+    outer faces lie in a plane of the boundary that slides, no tet is left, and the edge goes. An
+    interface has cells on its other side, which would keep the edge.
     """
-    cell = handle >> 3
-    edge = handle & 7
-    a = mesh.cells[cell, TET_EDGES[edge, 0]]
-    b = mesh.cells[cell, TET_EDGES[edge, 1]]
-    c = mesh.cells[cell, TET_EDGES[edge, 2]]
-    d = mesh.cells[cell, TET_EDGES[edge, 3]]
-    n = gather_open_shell(mesh, cell, a, b, c, d, scratch)
-    if n == SHELL_OVERFLOW:
-        return SwapPlan(TOO_LARGE, 0, 0, 0.0)
-    if n == SHELL_ELSEWHERE:
-        return SwapPlan(NOT_VISITED, 0, 0, 0.0)
+    cell, a, b, c, d = around(mesh, handle)
+    n, outer = gather_open_shell(mesh, cell, a, b, c, d, scratch)
+    if n < 0:
+        return not_gathered(n)
     before = mesh.quality[cell]
     stop = threshold(rule, floor, before)
     ring = scratch.ring
-    points = mesh.points
-    worst = tet_quality(
-        mesh.measure, at(points, a), at(points, b), at(points, ring[0]), at(points, ring[n])
-    )
-    flat = mesh.slides and n > 1 and abs(worst) < FLAT and not is_required(mesh, a, b)
+    worst = q_of_tet(mesh, a, b, ring[0], ring[n])
+    flat = mesh.slides and outer and n > 1 and abs(worst) < FLAT and not is_required(mesh, a, b)
     if n < 3 and not flat:
         return SwapPlan(FIXED, 0, 0, 0.0)
     if flat:
@@ -248,7 +290,9 @@ def simulate_open_swap(mesh, handle, rule, floor, scratch):
 
 
 @kernel
-def simulate_edge_swap(mesh, handle, rule, floor, scratch):
+def simulate_edge_swap(
+    mesh: SimplexMesh, handle: int, rule: int, floor: float, scratch: Scratch
+) -> SwapPlan:
     """Remove an edge inside, or the faces at an edge of the boundary or of an interface."""
     plan = simulate_edge_removal(mesh, handle, rule, floor, scratch)
     if plan.verdict == FIXED and plan.n_old == SHELL_OPEN:
@@ -257,13 +301,13 @@ def simulate_edge_swap(mesh, handle, rule, floor, scratch):
 
 
 @kernel
-def apply_swap(mesh, plan, scratch):
+def apply_swap(mesh: SimplexMesh, plan: SwapPlan, scratch: Scratch) -> None:
     """Carry out a simulated face or edge swap."""
     replace_cells(mesh, scratch.shell, plan.n_old, plan.n_new, scratch)
 
 
 @inlined
-def is_unchanged(mesh, cell, handle, since):
+def is_unchanged(mesh: SimplexMesh, cell: int, handle: int, since: int) -> bool:
     """Whether nothing changed around an edge 0..5 or at a face 6..9 of a tet after a sweep."""
     clock = mesh.vertex_clock
     if handle < 6:
@@ -279,7 +323,7 @@ def is_unchanged(mesh, cell, handle, since):
 
 
 @kernel
-def best_swap(mesh, cell, how, scratch, counts):
+def best_swap(mesh: SimplexMesh, cell: int, how: Swap, scratch: Scratch, counts: np.ndarray) -> int:
     """Simulate the swaps of a tet's six edges and four faces.
 
     Returns
@@ -306,31 +350,26 @@ def best_swap(mesh, cell, how, scratch, counts):
 
 
 @kernel
-def lowers_mean(mesh, plan, scratch):
+def has_lower_mean(mesh: SimplexMesh, plan: SwapPlan, scratch: Scratch) -> bool:
     """Whether the mean Q of the tets of a swap falls."""
-    before = 0.0
-    after = 0.0
+    sums = UNCHANGED
     for i in range(plan.n_old):
-        before += 1.0 / mesh.quality[scratch.shell[i]]
+        sums = without(sums, mesh.quality[scratch.shell[i]])
     for i in range(plan.n_new):
-        after += 1.0 / tet_quality(
-            mesh.measure,
-            at(mesh.points, scratch.created[i, 0]),
-            at(mesh.points, scratch.created[i, 1]),
-            at(mesh.points, scratch.created[i, 2]),
-            at(mesh.points, scratch.created[i, 3]),
-        )
-    return mean_falls(before / plan.n_old, after / plan.n_new)
+        sums = with_cell(sums, q_of_row(mesh, scratch.created, i))
+    return lowers_mean(sums)
 
 
 @kernel
-def simulate_swap(mesh, cell, handle, how, scratch):
+def simulate_swap(
+    mesh: SimplexMesh, cell: int, handle: int, how: Swap, scratch: Scratch
+) -> SwapPlan:
     """Simulate the swap of an edge 0..5 or of a face 6..9 of a tet."""
     if handle < 6:
         plan = simulate_edge_swap(mesh, 8 * cell + handle, how.rule, how.floor, scratch)
     else:
         plan = simulate_face_swap(mesh, 4 * cell + handle - 6, how.rule, how.floor, scratch)
-    if plan.verdict == APPLIED and how.rule == MEAN and not lowers_mean(mesh, plan, scratch):
+    if plan.verdict == APPLIED and how.rule == MEAN and not has_lower_mean(mesh, plan, scratch):
         return SwapPlan(NOT_BETTER, plan.n_old, plan.n_new, plan.worst)
     return plan
 

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from ...compiled.decorators import entry, kernel
+from ..shape.ideal import TET_HEIGHT
 from ..shape.simplex import tet_quality
-from ..vectors import TET_HEIGHT, Vec, along, at, cross, distance, minus, norm
+from ..types import Judge
+from ..vectors import Vec, along, at, cross, distance, minus, norm
 
 N_HEIGHTS = 24
 N_DIRECTIONS = 26
@@ -15,7 +19,7 @@ SHORTEST = 1e-5  # of the longest edge: a shorter step ends the search
 
 
 @kernel
-def direction(i, turn):
+def direction(i: int, turn: float) -> Vec:
     """One of the 26 directions to the neighbours of a cube's centre, turned about two axes."""
     k = i if i < 13 else i + 1
     x = float(k % 3 - 1)
@@ -29,7 +33,7 @@ def direction(i, turn):
 
 
 @kernel
-def scan_heights(measure, a, b, c):
+def scan_heights(judge: Judge, a: Vec, b: Vec, c: Vec) -> tuple[float, Vec]:
     """Best q over apexes above the centroid, and the apex that has it."""
     centre = Vec((a.x + b.x + c.x) / 3.0, (a.y + b.y + c.y) / 3.0, (a.z + b.z + c.z) / 3.0)
     normal = cross(minus(b, a), minus(c, a))
@@ -40,7 +44,7 @@ def scan_heights(measure, a, b, c):
         edge = (distance(a, b) + distance(b, c) + distance(c, a)) / 3.0
         for i in range(N_HEIGHTS):
             p = along(centre, normal, TET_HEIGHT * edge * (0.1 + 0.08 * i) / length)
-            q = tet_quality(measure, a, b, c, p)
+            q = tet_quality(judge, a, b, c, p)
             if q > best:
                 best = q
                 apex = p
@@ -48,7 +52,7 @@ def scan_heights(measure, a, b, c):
 
 
 @entry
-def estimate_targets(measure, points, faces, out):
+def estimate_targets(judge: Judge, points: np.ndarray, faces: np.ndarray, out: np.ndarray) -> None:
     """A lower bound of the best q over each face, from apexes above its centroid.
 
     Parameters
@@ -58,13 +62,13 @@ def estimate_targets(measure, points, faces, out):
     """
     for i in range(faces.shape[0]):
         q, _ = scan_heights(
-            measure, at(points, faces[i, 0]), at(points, faces[i, 1]), at(points, faces[i, 2])
+            judge, at(points, faces[i, 0]), at(points, faces[i, 1]), at(points, faces[i, 2])
         )
         out[i] = q
 
 
 @entry
-def best_over_face(measure, points, i, j, k):
+def best_over_face(judge: Judge, points: np.ndarray, i: int, j: int, k: int) -> float:
     """Best q of a tet on the face i j k, by a pattern search over the apex.
 
     The measures have kinks where another edge becomes the longest: the pattern is turned
@@ -73,7 +77,7 @@ def best_over_face(measure, points, i, j, k):
     a = at(points, i)
     b = at(points, j)
     c = at(points, k)
-    best, apex = scan_heights(measure, a, b, c)
+    best, apex = scan_heights(judge, a, b, c)
     size = max(distance(a, b), distance(b, c), distance(c, a))
     step = 0.25 * size
     turn = 0.0
@@ -83,7 +87,7 @@ def best_over_face(measure, points, i, j, k):
         target = apex
         for n in range(N_DIRECTIONS):
             p = along(apex, direction(n, turn), step)
-            q = tet_quality(measure, a, b, c, p)
+            q = tet_quality(judge, a, b, c, p)
             if q > found:
                 found = q
                 target = p

@@ -1,15 +1,18 @@
 """Quality measures of one cell, each as q = 1/Q (Remark 18.3).
 
 q is 1 for the regular cell, 0 for a flat one, negative for an inverted one, whatever the
-position, rotation and size. `tet_quality` and `tri_quality` pick a measure by its code;
-`meshopt_cli.quality.summary.MEASURES` gives the codes their names.
+position, rotation and size. `tet_quality` and `tri_quality` pick a measure by the code of a judge;
+the table of measures gives the codes their names. Operators ask `judge`, not these formulas.
 """
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from ...compiled.decorators import entry, inlined, kernel
+from ..types import Judge
 from ..vectors import (
     SQRT3,
     Vec,
@@ -48,11 +51,6 @@ from .angles import (
     SOLID_ANGLE_MIN,
 ) = range(10)
 
-# Added to a code n times: the dihedral angles of a tet bound its q as well (`tet_angle_bound`),
-# and its q counts n / PERCENT times (`lenient`).
-WITH_ANGLES = 100
-PERCENT = 100
-
 ALPHA_2 = SQRT3 / 6.0
 ALPHA_3 = math.sqrt(6.0) / 36.0
 BETA_2 = SQRT3 / 12.0
@@ -62,7 +60,7 @@ SQRT6 = math.sqrt(6.0)
 
 
 @kernel
-def signed(value, volume):
+def signed(value: float, volume: float) -> float:
     """The value with the sign of the volume, 0 for a flat cell."""
     if volume > 0.0:
         return value
@@ -73,7 +71,7 @@ def signed(value, volume):
 
 
 @inlined
-def tet_aspect_ratio(a, b, c, d):
+def tet_aspect_ratio(a: Vec, b: Vec, c: Vec, d: Vec) -> float:
     """V / (alpha_3 h_max S), the inverse of (18.7)."""
     n0, n1, n2, n3 = tet_normals(a, b, c, d)
     surface = 0.5 * (norm(n3) + norm(n2) + norm(n1) + norm(n0))
@@ -91,7 +89,7 @@ def tet_aspect_ratio(a, b, c, d):
 
 
 @kernel
-def tet_volume_length(a, b, c, d):
+def tet_volume_length(a: Vec, b: Vec, c: Vec, d: Vec) -> float:
     """V / (beta_3 h_s^3), the inverse of (18.9)."""
     ab = minus(b, a)
     ac = minus(c, a)
@@ -102,7 +100,7 @@ def tet_volume_length(a, b, c, d):
 
 
 @kernel
-def tet_edges(a, b, c, d):
+def tet_edges(a: Vec, b: Vec, c: Vec, d: Vec) -> tuple[float, float, float, float, float, float]:
     """Lengths of the six edges: ab, ac, ad, bc, bd, cd."""
     return (
         distance(a, b),
@@ -115,7 +113,7 @@ def tet_edges(a, b, c, d):
 
 
 @kernel
-def tet_circumradius(a, b, c, d):
+def tet_circumradius(a: Vec, b: Vec, c: Vec, d: Vec) -> float:
     """Radius of the sphere through the vertices of a tetrahedron that is not flat."""
     u = minus(b, a)
     v = minus(c, a)
@@ -129,17 +127,12 @@ def tet_circumradius(a, b, c, d):
 
 
 @inlined
-def lenience(measure):
-    """How many times q counts under a measure with angles: 1 or more."""
-    return measure // WITH_ANGLES / PERCENT
-
-
-@inlined
-def lenient(times, q):
+def lenient(times: float, q: float) -> float:
     """What a positive q counts for, if it counts more than once.
 
     A Q of `times` ANGLE_Q is good enough then: it counts as ANGLE_Q. What is worse counts for
-    so much less that nothing becomes worse for the sake of the angles.
+    so much less that nothing becomes worse for the sake of the angles: by the 32nd power of the
+    part that it has of that, so that a Q a tenth beyond counts 20 times as bad.
     """
     part = times * q * ANGLE_Q
     steep = part * part
@@ -151,28 +144,26 @@ def lenient(times, q):
 
 
 @inlined
-def tet_bounded_aspect_ratio(times, a, b, c, d):
+def tet_bounded_aspect_ratio(times: float, a: Vec, b: Vec, c: Vec, d: Vec) -> float:
     """`tet_bounded_quality` by the aspect ratio, with a lenience."""
     q = tet_aspect_ratio(a, b, c, d)
     return min(lenient(times, q), tet_angle_bound(a, b, c, d)) if q > 0.0 else q
 
 
 @kernel
-def tet_bounded_quality(measure, a, b, c, d):
+def tet_bounded_quality(judge: Judge, a: Vec, b: Vec, c: Vec, d: Vec) -> float:
     """What the q of a tet counts for by a measure, or what its angles allow if that is less."""
-    times = lenience(measure)
-    base = measure % WITH_ANGLES
-    if base == ASPECT_RATIO:
-        return tet_bounded_aspect_ratio(times, a, b, c, d)
-    if base == VOLUME_LENGTH:
+    if judge.code == ASPECT_RATIO:
+        return tet_bounded_aspect_ratio(judge.lenience, a, b, c, d)
+    if judge.code == VOLUME_LENGTH:
         q = tet_volume_length(a, b, c, d)
     else:
-        q = tet_other_quality(base, a, b, c, d)
-    return min(lenient(times, q), tet_angle_bound(a, b, c, d)) if q > 0.0 else q
+        q = tet_other_quality(judge.code, a, b, c, d)
+    return min(lenient(judge.lenience, q), tet_angle_bound(a, b, c, d)) if q > 0.0 else q
 
 
 @kernel
-def tet_other_quality(measure, a, b, c, d):
+def tet_other_quality(measure: int, a: Vec, b: Vec, c: Vec, d: Vec) -> float:
     """The measures of the list in 18.2.2, all but the two most used."""
     n0, n1, n2, n3 = tet_normals(a, b, c, d)
     volume = dot(n3, minus(d, a)) / 6.0
@@ -214,22 +205,22 @@ def tet_other_quality(measure, a, b, c, d):
 
 
 @inlined
-def tet_quality(measure, a, b, c, d):
-    """q of a tetrahedron by the measure with this code."""
-    if measure == ASPECT_RATIO:
+def tet_quality(judge: Judge, a: Vec, b: Vec, c: Vec, d: Vec) -> float:
+    """q of a tetrahedron."""
+    if judge.lenience > 0.0:
+        return tet_bounded_quality(judge, a, b, c, d)
+    if judge.code == ASPECT_RATIO:
         return tet_aspect_ratio(a, b, c, d)
-    if measure == VOLUME_LENGTH:
+    if judge.code == VOLUME_LENGTH:
         return tet_volume_length(a, b, c, d)
-    if measure >= WITH_ANGLES:
-        return tet_bounded_quality(measure, a, b, c, d)
-    return tet_other_quality(measure, a, b, c, d)
+    return tet_other_quality(judge.code, a, b, c, d)
 
 
 # Triangles ------------------------------------------------------------------------------
 
 
 @kernel
-def tri_other_quality(measure, a, b, c, area):
+def tri_other_quality(measure: int, a: Vec, b: Vec, c: Vec, area: float) -> float:
     """The planar counterparts of the measures of 18.2.2 (Exercise 18.3)."""
     ab = distance(a, b)
     bc = distance(b, c)
@@ -257,7 +248,7 @@ def tri_other_quality(measure, a, b, c, area):
 
 
 @inlined
-def tri_aspect_ratio(a, b, c):
+def tri_aspect_ratio(a: Vec, b: Vec, c: Vec) -> float:
     """S / (alpha_2 h_max p), the inverse of (18.6)."""
     ab = minus(b, a)
     ac = minus(c, a)
@@ -269,32 +260,32 @@ def tri_aspect_ratio(a, b, c):
 
 
 @kernel
-def tri_quality(measure, a, b, c):
-    """q of a triangle in the plane z = 0 by the measure with this code.
+def tri_quality(judge: Judge, a: Vec, b: Vec, c: Vec) -> float:
+    """q of a triangle in the plane z = 0; angles bound none.
 
     `VOLUME_LENGTH` is S / (beta_2 h_s^2), the inverse of (18.8).
     """
-    if measure == ASPECT_RATIO:
+    if judge.code == ASPECT_RATIO:
         return tri_aspect_ratio(a, b, c)
     ab = minus(b, a)
     ac = minus(c, a)
     bc = minus(c, b)
     area = 0.5 * (ab.x * ac.y - ab.y * ac.x)
-    if measure == VOLUME_LENGTH:
+    if judge.code == VOLUME_LENGTH:
         return ratio(area, BETA_2 * (dot(ab, ab) + dot(ac, ac) + dot(bc, bc)))
-    return tri_other_quality(measure, a, b, c, area)
+    return tri_other_quality(judge.code, a, b, c, area)
 
 
 # Many cells -----------------------------------------------------------------------------
 
 
 @entry
-def measure_cells(measure, points, cells, out):
+def measure_cells(judge: Judge, points: np.ndarray, cells: np.ndarray, out: np.ndarray) -> None:
     """q of each cell of an (n, 3) or (n, 4) array, written to `out`."""
     if cells.shape[1] == 4:
         for i in range(cells.shape[0]):
             out[i] = tet_quality(
-                measure,
+                judge,
                 at(points, cells[i, 0]),
                 at(points, cells[i, 1]),
                 at(points, cells[i, 2]),
@@ -303,5 +294,5 @@ def measure_cells(measure, points, cells, out):
     else:
         for i in range(cells.shape[0]):
             out[i] = tri_quality(
-                measure, at(points, cells[i, 0]), at(points, cells[i, 1]), at(points, cells[i, 2])
+                judge, at(points, cells[i, 0]), at(points, cells[i, 1]), at(points, cells[i, 2])
             )

@@ -1,0 +1,38 @@
+"""Where a point may go: everywhere, along a line, or in a plane."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ..compiled.decorators import inlined
+from .vectors import ZERO, Vec, along, dot
+
+
+class Guide(NamedTuple):
+    """What a point may move along: everything (0), a line (1) or a plane (2)."""
+
+    kind: float
+    direction: Vec  # of the line, or normal of the plane
+
+
+FREE = Guide(0.0, ZERO)
+
+
+@inlined
+def guided(guide, v):
+    """The part of a vector that a guide allows."""
+    if guide.kind == 0.0:
+        return v
+    part = dot(v, guide.direction)
+    if guide.kind == 1.0:
+        return Vec(part * guide.direction.x, part * guide.direction.y, part * guide.direction.z)
+    return along(v, guide.direction, -part)
+
+
+@inlined
+def guide_of(mesh, vertex):
+    """Where a vertex of the boundary may move; everywhere for one inside."""
+    if not mesh.slides:
+        return FREE
+    g = mesh.guide
+    return Guide(g[vertex, 0], Vec(g[vertex, 1], g[vertex, 2], g[vertex, 3]))
