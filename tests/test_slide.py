@@ -68,7 +68,9 @@ def on_sides(points):
 @pytest.mark.parametrize("seed", [0, 1])
 def test_an_interface_stays(dimension, preset, seed):
     """Where two regions meet, every facet and every vertex is as it was: it has two sides."""
-    mesh = box(dimension, 6 if dimension == 2 else 4, seed, amount=0.2)
+    mesh = box(dimension, 4, seed, amount=0.2)
+    # A plane: its triangles are as flat as those of a side of the box.
+    mesh.points[np.abs(mesh.points[:, 0] - 0.5) < 0.1, 0] = 0.5
     centres = mesh.points[mesh.blocks[0].cells].mean(axis=1)
     mesh.blocks[0].data = {"gmsh:physical": 8 + (centres[:, 0] > 0.5).astype(np.int64)}
     result = job.optimize(mesh, pipeline(preset, dimension), MEASURE, slide=TOLERANCE)
