@@ -12,7 +12,7 @@ from ..kernels.search.target import best_over_face, estimate_targets
 from ..kernels.shape import simplex
 from ..kernels.shape.angles import REGULAR_ANGLE_3, angle_range
 from ..mesh import adjacency
-from ..mesh.model import Simplices
+from ..mesh.cast import Simplices
 
 Array = np.ndarray
 
