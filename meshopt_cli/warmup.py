@@ -31,7 +31,7 @@ from .kernels.search.unite import unite
 from .kernels.shape import angles, simplex
 from .kernels.shape.classify import TetType
 from .kernels.types import N_VERDICTS, Judge
-from .mesh.model import Simplices
+from .mesh.cast import Simplices
 from .transfer.carry import find
 from .work.workspace import Workspace
 

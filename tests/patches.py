@@ -19,7 +19,8 @@ from meshopt_cli.kernels.gather import ball, star
 from meshopt_cli.kernels.operators import collapse, face_removal, flip, insert, mend, relocate, swap
 from meshopt_cli.kernels.shape import classify
 from meshopt_cli.mesh import adjacency
-from meshopt_cli.mesh.model import Block, Mesh, Simplices, cast
+from meshopt_cli.mesh.cast import Simplices, cast
+from meshopt_cli.mesh.model import Block, Mesh
 from meshopt_cli.quality.summary import MEASURES
 from meshopt_cli.work.workspace import Workspace
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from meshopt_cli.handles import DECLARED, INTERFACE, OUTER
 from meshopt_cli.mesh import adjacency
-from meshopt_cli.mesh.model import cast
+from meshopt_cli.mesh.cast import cast
 
 GRIDS = {"triangles": tri_grid(4), "tets": tet_grid(3)}
 MANY = 2**21 + 7  # three vertex numbers no longer fit one word

@@ -33,7 +33,7 @@ from meshopt_cli.kernels.types import (
     TOO_LONG,
 )
 from meshopt_cli.mesh import adjacency
-from meshopt_cli.mesh.model import cast
+from meshopt_cli.mesh.cast import cast
 from meshopt_cli.passes.smooth import METHODS, WEIGHTS
 from meshopt_cli.quality.summary import MEASURES
 from meshopt_cli.work.workspace import Workspace

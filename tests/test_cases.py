@@ -20,7 +20,7 @@ import pytest
 
 from meshopt_cli import formats, validity
 from meshopt_cli.jobs import optimize as job
-from meshopt_cli.mesh.model import cast
+from meshopt_cli.mesh.cast import cast
 from meshopt_cli.passes import PASSES
 from meshopt_cli.plans.config import Request, plan_for
 from meshopt_cli.quality.summary import cell_quality

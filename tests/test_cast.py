@@ -12,15 +12,9 @@ from hypothesis import strategies as st
 from meshopt_cli import formats
 from meshopt_cli.errors import BadMeshError, UnsupportedMeshError
 from meshopt_cli.jobs import optimize as job
-from meshopt_cli.mesh.model import (
-    MAX_LABELS,
-    TAG_NAMES,
-    Block,
-    Mesh,
-    cast,
-    regions_of,
-    with_simplices,
-)
+from meshopt_cli.mesh.cast import cast, with_simplices
+from meshopt_cli.mesh.model import Block, Mesh
+from meshopt_cli.mesh.tags import MAX_LABELS, TAG_NAMES, regions_of
 from meshopt_cli.plans.config import Request, plan_for
 from meshopt_cli.work.workspace import Workspace
 

@@ -27,7 +27,8 @@ from meshopt_cli.cli.main import COMMANDS, STATUSES, main, status_of
 from meshopt_cli.errors import InvariantError
 from meshopt_cli.formats import FORMATS, Encoding, encoding_for
 from meshopt_cli.jobs import optimize as job
-from meshopt_cli.mesh.model import Block, Mesh, cast
+from meshopt_cli.mesh.cast import cast
+from meshopt_cli.mesh.model import Block, Mesh
 from meshopt_cli.passes import PASSES
 from meshopt_cli.plans.presets import PRESETS
 from meshopt_cli.quality.summary import DEFAULT_MEASURE, MEASURES, cell_quality

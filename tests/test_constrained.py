@@ -7,7 +7,8 @@ import pytest
 from builders import tet_grid, tri_grid
 
 from meshopt_cli import validity
-from meshopt_cli.mesh.model import Block, Mesh, cast
+from meshopt_cli.mesh.cast import cast
+from meshopt_cli.mesh.model import Block, Mesh
 from meshopt_cli.passes import PASSES, Silent
 
 

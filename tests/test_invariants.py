@@ -12,7 +12,7 @@ from builders import tet_grid, tri_grid
 from hypothesis import given
 from hypothesis import strategies as st
 
-from meshopt_cli.mesh.model import cast
+from meshopt_cli.mesh.cast import cast
 from meshopt_cli.passes import PASSES, Silent
 from meshopt_cli.plans.pipeline import Pipeline
 from meshopt_cli.plans.presets import PRESETS

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from builders import tet_grid
 
-from meshopt_cli.mesh.model import cast
+from meshopt_cli.mesh.cast import cast
 from meshopt_cli.mesh.order import BITS, hilbert
 from meshopt_cli.quality.summary import MEASURES
 from meshopt_cli.work.workspace import Workspace

@@ -17,7 +17,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from meshopt_cli.cli import output, terminal
-from meshopt_cli.mesh.model import cast
+from meshopt_cli.mesh.cast import cast
 from meshopt_cli.quality.summary import (
     MEASURES,
     RANKS,

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from meshopt_cli import validity
 from meshopt_cli.boundary import sliding
 from meshopt_cli.jobs import optimize as job
-from meshopt_cli.mesh.model import Block, cast
+from meshopt_cli.mesh.cast import cast
+from meshopt_cli.mesh.model import Block
 from meshopt_cli.passes import PASSES, Silent
 from meshopt_cli.plans.pipeline import Pipeline
 from meshopt_cli.plans.presets import PRESETS

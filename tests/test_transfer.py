@@ -16,16 +16,10 @@ from hypothesis import strategies as st
 from meshopt_cli import formats
 from meshopt_cli.errors import ConfigError
 from meshopt_cli.jobs.optimize import optimize
-from meshopt_cli.mesh.model import (
-    DIM_TAGS,
-    GEOMETRICAL,
-    MAX_LABELS,
-    REF,
-    Block,
-    cast,
-    with_depth,
-    with_regions,
-)
+from meshopt_cli.mesh.cast import cast
+from meshopt_cli.mesh.model import Block
+from meshopt_cli.mesh.plane import with_depth
+from meshopt_cli.mesh.tags import DIM_TAGS, GEOMETRICAL, MAX_LABELS, REF, with_regions
 from meshopt_cli.plans.config import Request, plan_for
 from meshopt_cli.transfer.carry import find
 

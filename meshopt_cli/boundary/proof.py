@@ -6,7 +6,7 @@ import numpy as np
 
 from ..errors import InvariantError
 from ..mesh import adjacency
-from ..mesh.model import Simplices
+from ..mesh.cast import Simplices
 from .sliding import FIXED, LINE, Slide
 
 Array = np.ndarray

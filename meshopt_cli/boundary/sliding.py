@@ -13,7 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..mesh import adjacency
-from ..mesh.model import REQUIRED, Block, Mesh, Simplices, flagged
+from ..mesh.cast import Simplices
+from ..mesh.model import Block, Mesh
+from ..mesh.tags import REQUIRED, flagged
 from ..validity.geometry import first_of
 
 Array = np.ndarray

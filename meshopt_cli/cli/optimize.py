@@ -96,7 +96,7 @@ def command(
 ) -> int:
     from .. import formats
     from ..jobs.optimize import InvalidMeshError, optimize, require_simplices
-    from ..mesh.model import with_regions
+    from ..mesh.tags import with_regions
     from ..plans.config import Request, plan_for
     from .output import form_of, print_report, report_of, write_reports
     from .terminal import compile_kernels, progress, show_findings

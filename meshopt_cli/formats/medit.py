@@ -18,7 +18,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..mesh.model import REF, Array, Block, Mesh
+from ..mesh.model import Array, Block, Mesh
+from ..mesh.tags import REF
 from . import medit_lists
 from .bridge import from_meshio, listening, prepared
 from .sniff import Encoding, UnreadableError

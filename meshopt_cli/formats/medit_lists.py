@@ -12,7 +12,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..mesh.model import CORNER, NORMAL, REQUIRED, RIDGE, TANGENT, Array, Mesh
+from ..mesh.model import Array, Mesh
+from ..mesh.tags import CORNER, NORMAL, REQUIRED, RIDGE, TANGENT
 
 # section: its code in binary files, the array, and what it lists: vertices or cells of a type
 LISTS = {

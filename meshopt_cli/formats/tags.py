@@ -13,17 +13,9 @@ from urllib.parse import quote
 import numpy as np
 
 from ..mesh.adjacency import distinct
-from ..mesh.model import (
-    REQUIRED,
-    SIMPLICES,
-    Array,
-    Block,
-    Mesh,
-    dimension_of,
-    main_blocks,
-    tags_of,
-    with_depth,
-)
+from ..mesh.model import SIMPLICES, Array, Block, Mesh, dimension_of, main_blocks
+from ..mesh.plane import with_depth
+from ..mesh.tags import REQUIRED, tags_of
 from . import entities, gmsh, medit, medit_lists, vtk
 from .entities import DIM_TAGS, GEOMETRICAL, PHYSICAL
 from .medit import REF

@@ -8,7 +8,8 @@ import numpy as np
 
 from .. import formats
 from ..formats import Source
-from ..mesh.model import Array, Block, Mesh, with_depth
+from ..mesh.model import Array, Block, Mesh
+from ..mesh.plane import with_depth
 from ..validity import Group, Report
 
 # Names of the arrays; each code has one of its own besides.

@@ -12,15 +12,9 @@ from .. import validity
 from ..boundary.proof import prove, prove_slide, prove_volumes
 from ..boundary.sliding import find, redeclared
 from ..errors import BadMeshError, InvariantError, UnsupportedMeshError
-from ..mesh.model import (
-    Mesh,
-    cast,
-    main_blocks,
-    main_type,
-    tags_of,
-    with_positive_tets,
-    with_simplices,
-)
+from ..mesh.cast import cast, with_positive_tets, with_simplices
+from ..mesh.model import Mesh, main_blocks, main_type
+from ..mesh.tags import tags_of
 from ..passes import Observer
 from ..plans.pipeline import Line, Pipeline
 from ..quality.summary import MEASURES, Measure, Summary, forced_angles, summarize

@@ -8,7 +8,8 @@ import numpy as np
 
 from ..errors import UnsupportedMeshError
 from ..mesh import adjacency
-from ..mesh.model import DIMENSION, Array, Block, Mesh, Simplices, cast, dimension_of, main_type
+from ..mesh.cast import Simplices, cast
+from ..mesh.model import DIMENSION, Array, Block, Mesh, dimension_of, main_type
 from ..mesh.plane import flatness, plane_of, with_depth
 
 # The simplex of each dimension.

@@ -13,7 +13,7 @@ from ..kernels.shape import simplex
 from ..kernels.shape.angles import REGULAR_ANGLE_3, angle_range
 from ..kernels.types import Judge
 from ..mesh import adjacency
-from ..mesh.model import Simplices
+from ..mesh.cast import Simplices
 
 Array = np.ndarray
 

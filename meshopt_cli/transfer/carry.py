@@ -13,7 +13,10 @@ from functools import cached_property
 import numpy as np
 
 from ..kernels.search.locate import Grid, locate
-from ..mesh.model import (
+from ..mesh.cast import Simplices
+from ..mesh.model import Array, Block, Mesh, main_blocks, main_type
+from ..mesh.plane import with_depth
+from ..mesh.tags import (
     CORNER,
     DIM_TAGS,
     FLAGS,
@@ -23,15 +26,8 @@ from ..mesh.model import (
     REQUIRED,
     TAG_NAMES,
     TANGENT,
-    Array,
-    Block,
-    Mesh,
-    Simplices,
-    main_blocks,
-    main_type,
     regions_of,
     tags_of,
-    with_depth,
 )
 
 # What goes with the vertex, not with the place, and what a new vertex gets.

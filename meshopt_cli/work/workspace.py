@@ -29,7 +29,7 @@ from ..kernels.types import (
     SimplexMesh,
 )
 from ..mesh import adjacency
-from ..mesh.model import Simplices
+from ..mesh.cast import Simplices
 from ..mesh.order import hilbert
 
 Array = np.ndarray

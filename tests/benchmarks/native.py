@@ -8,7 +8,8 @@ import numpy as np
 from judge import Array, Part, volumes, walls
 
 from meshopt_cli import formats
-from meshopt_cli.mesh.model import main_blocks, main_type, regions_of
+from meshopt_cli.mesh.model import main_blocks, main_type
+from meshopt_cli.mesh.tags import regions_of
 
 
 class UnusableError(Exception):

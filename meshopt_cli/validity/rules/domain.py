@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ...mesh.adjacency import distinct_rows, row_ids
-from ...mesh.model import TAG_NAMES, Array
+from ...mesh.model import Array
+from ...mesh.tags import TAG_NAMES
 from .. import boundary
 from ..model import ERROR, SEARCH, WARNING, Places, at_cells, rule
 from ..overlap import overlapping_cells

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ...errors import ConfigError
-from ...mesh.model import TAG_NAMES, Array
+from ...mesh.model import Array
+from ...mesh.tags import TAG_NAMES
 from ..limits import QUANTITIES, Limit, families_of, measured
 from ..model import ERROR, WARNING, Places, at_cells, rule
 from ..study import Study

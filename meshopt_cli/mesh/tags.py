@@ -1,0 +1,83 @@
+"""Names of the arrays that mean something, and which of them make regions of the cells."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..errors import ConfigError
+from . import adjacency
+from .model import Array, Block, Mesh, main_blocks, main_type
+
+# Integer arrays that tell cells of one region from those of another, whatever their values.
+PHYSICAL, GEOMETRICAL, REF = TAG_NAMES = ("gmsh:physical", "gmsh:geometrical", "medit:ref")
+# Dimension and tag of the entity that Gmsh has a node on.
+DIM_TAGS = "gmsh:dim_tags"
+# Medit's flags of vertices and of cells: what is required must stay.
+CORNER, REQUIRED, RIDGE = FLAGS = ("medit:corner", "medit:required", "medit:ridge")
+# Vectors at some of the vertices.
+NORMAL, TANGENT = "medit:normal", "medit:tangent"
+# Any other integer array does so when it has few values: otherwise it numbers the cells.
+MAX_LABELS = 64
+
+
+def is_tag(name: str, arrays: list[Array]) -> bool:
+    """Whether an array over the cells tells regions apart."""
+    if name in FLAGS or any(a.dtype.kind not in "iu" or a.ndim != 1 for a in arrays):
+        return False
+    return name in TAG_NAMES or len(np.unique(np.concatenate(arrays))) <= MAX_LABELS
+
+
+def tags_of(blocks: list[Block], regions: tuple[str, ...] | None = None) -> dict[str, Array]:
+    """The tags that make regions of the cells of some blocks, each (ne,), by name.
+
+    Parameters
+    ----------
+    regions : tuple of str, optional
+        Only these arrays; see `Mesh.regions`.
+    """
+    names = [n for n in blocks[0].data if all(n in b.data for b in blocks)]
+    arrays = {n: [b.data[n] for b in blocks] for n in names}
+    if regions is not None:
+        return {n: np.concatenate(arrays[n]) for n in names if n in regions}
+    return {n: np.concatenate(a) for n, a in arrays.items() if is_tag(n, a)}
+
+
+def with_regions(mesh: Mesh, names: tuple[str, ...]) -> Mesh:
+    """The mesh, in which these arrays make regions, and no others.
+
+    Raises
+    ------
+    ConfigError
+        A name is that of no array of whole numbers, one a cell, on all cells to optimize.
+    """
+    blocks = main_blocks(mesh, main_type(mesh))
+    common = [n for n in blocks[0].data if all(n in b.data for b in blocks)]
+    arrays = {n: [b.data[n] for b in blocks] for n in common}
+    fit = [n for n in common if all(a.dtype.kind in "iu" and a.ndim == 1 for a in arrays[n])]
+    for name in names:
+        if name not in fit:
+            known = f"choose from {', '.join(fit)}" if fit else "the mesh has none"
+            raise ConfigError(f"no array {name!r} of whole numbers on all cells: {known}")
+    return replace(mesh, regions=names)
+
+
+def regions_of(blocks: list[Block], regions: tuple[str, ...] | None = None) -> Array:
+    """Region of each cell, (ne,) int64: a combination of tags, numbered from 0 in order.
+
+    Blocks whose cells have the same tags make one region: a file may cut one region into
+    several blocks.
+    """
+    tags = tags_of(blocks, regions)
+    n_cells = sum(len(b.cells) for b in blocks)
+    if not tags:
+        return np.zeros(n_cells, dtype=np.int64)
+    rows = np.stack([tags[n].astype(np.int64) for n in tags], axis=1)
+    _, region, _ = adjacency.distinct_rows(rows)
+    return region
+
+
+def flagged(values: Array) -> Array:
+    """Where an array, (n,) of numbers, is set."""
+    return np.nan_to_num(values) != 0
