@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-SAMPLES = Path(__file__).parent.parent / "samples"
+from support.samples import SAMPLES
 
 
 @pytest.fixture(scope="session")

@@ -21,9 +21,9 @@ from typing import TYPE_CHECKING, BinaryIO
 import numpy as np
 
 from ..mesh.model import Array, Mesh
+from ..mesh.tags import DIM_TAGS, GEOMETRICAL, PHYSICAL
 from . import entities, gmsh_elements
 from .bridge import listening
-from .entities import DIM_TAGS, GEOMETRICAL, PHYSICAL
 from .gmsh_elements import cell_types
 from .sniff import Encoding, UnreadableError, gmsh_header
 from .text import lines

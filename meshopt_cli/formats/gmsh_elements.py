@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..mesh.model import Array, Block
-from .entities import GEOMETRICAL, PHYSICAL
+from ..mesh.tags import GEOMETRICAL, PHYSICAL
 from .sniff import UnreadableError
 from .text import numbers
 

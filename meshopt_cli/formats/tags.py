@@ -15,10 +15,8 @@ import numpy as np
 from ..mesh.adjacency import distinct
 from ..mesh.model import SIMPLICES, Array, Block, Mesh, dimension_of, main_blocks
 from ..mesh.plane import with_depth
-from ..mesh.tags import REQUIRED, tags_of
+from ..mesh.tags import DIM_TAGS, GEOMETRICAL, PHYSICAL, REF, REQUIRED, tags_of
 from . import entities, gmsh, medit, medit_lists, vtk
-from .entities import DIM_TAGS, GEOMETRICAL, PHYSICAL
-from .medit import REF
 from .sniff import Encoding
 
 # The group of a cell, where a format has one: the first of these arrays that is there, and

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from judge import Array, Part, volumes, walls
 
+from judge import Array, Part, volumes, walls
 from meshopt_cli import formats
 from meshopt_cli.mesh.model import main_blocks, main_type
 from meshopt_cli.mesh.tags import regions_of

@@ -14,11 +14,12 @@ import sys
 import tempfile
 from pathlib import Path
 
-import native
 import numpy as np
-from judge import Part
 from rich.console import Console
 from rich.table import Table
+
+import native
+from judge import Part
 
 CHILD = Path(__file__).with_name("child.py")
 CELLS = (50_000, 200_000, 500_000, 1_000_000, 2_000_000)

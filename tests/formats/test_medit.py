@@ -1,0 +1,187 @@
+"""Medit files, as text and as binary."""
+
+import numpy as np
+import pytest
+
+from meshopt_cli.formats import FORMATS, read, write
+from support.encodings import (
+    ENCODINGS,
+    MEDIT,
+    PHYSICAL,
+    REF,
+    assert_same,
+    assert_unreadable,
+    merged,
+    name_of,
+    path_for,
+    tagged,
+    tets,
+    text_mesh,
+    warnings_of,
+)
+
+
+def test_medit_sections_that_mmg_writes(tmp_path, caplog):
+    mesh, source = read(text_mesh(tmp_path, MEDIT, "mesh.mesh"))
+    assert source.encoding.version == "3"
+    assert mesh.point_data[REF].tolist() == [1, 16777217, -3, 4]
+    assert [(b.type, b.cells.tolist(), b.data[REF].tolist()) for b in mesh.blocks] == [
+        ("line", [[0, 1]], [8]),
+        ("tetra", [[0, 1, 2, -1]], [7]),
+    ]
+    assert mesh.point_data["medit:required"].tolist() == [0, 1, 0, 0]
+    assert mesh.blocks[0].data["medit:required"].tolist() == [1]
+    (message,) = warnings_of(caplog)
+    assert message == "of the Medit file are dropped: Geometry"
+
+
+def test_medit_single_precision_keeps_large_references(tmp_path):
+    text = MEDIT.replace("Formatted\n3", "Formatted 1")
+    mesh, _ = read(text_mesh(tmp_path, text, "mesh.mesh"))
+    assert mesh.points.dtype == np.float32
+    assert mesh.point_data[REF][1] == 16777217
+
+
+def test_medit_has_one_section_for_each_type(tmp_path):
+    path = tmp_path / "mesh.mesh"
+    write(path, tets(), FORMATS["medit"].default)
+    assert path.read_text().count("Tetrahedra") == 1
+
+
+def test_medit_binary_sections_are_skipped_by_their_length(tmp_path, caplog):
+    path = tmp_path / "mesh.meshb"
+    mesh = tagged(tets(), FORMATS["meditb"].default)
+    write(path, mesh, FORMATS["meditb"].default)
+    data = path.read_bytes()
+    end = data[-8:]
+    corners = np.array([13, len(data) - 8 + 16, 1, 2], "<i4").tobytes()
+    path.write_bytes(data[:-8] + corners + end)
+    mesh.point_data["medit:corner"] = np.array([0, 1, 0, 0, 0], np.uint8)
+    assert_same(read(path)[0], mesh)
+    periods = np.array([61 + 20, len(data) - 8 + 16, 1, 2], "<i4").tobytes()
+    path.write_bytes(data[:-8] + periods + end)
+    read(path)
+    assert "are dropped" in warnings_of(caplog)[0]
+
+
+def with_lists(mesh):
+    """A mesh of tets with everything that Medit says of vertices and cells."""
+    n = len(mesh.points)
+    flags = np.arange(n) % 2
+    mesh.point_data = {REF: np.arange(n), "medit:corner": (1 - flags).astype(np.uint8)}
+    mesh.point_data["medit:required"] = flags.astype(np.uint8)
+    for name in ("medit:normal", "medit:tangent"):
+        vectors = mesh.points.clip(-1, 1) + 1 / 3
+        vectors[flags == 0] = np.nan
+        mesh.point_data[name] = vectors
+    for i, block in enumerate(mesh.blocks):
+        block.data = {REF: np.full(len(block.cells), i)}
+        if block.type in ("line", "triangle"):
+            block.data["medit:required"] = np.array([1] * len(block.cells), np.uint8)
+        if block.type == "line":
+            block.data["medit:ridge"] = np.array([0, 1], np.uint8)
+    mesh.blocks = merged(mesh.blocks[1:])
+    return mesh
+
+
+def unlisted(arrays):
+    """Arrays by name, without regard to their order and the kind of their numbers."""
+    return {n: np.nan_to_num(np.asarray(a, float), nan=-9).tolist() for n, a in arrays.items()}
+
+
+@pytest.mark.parametrize("target", ENCODINGS, ids=name_of)
+def test_lists_of_medit_survive_in_every_format(tmp_path, caplog, target):
+    mesh = with_lists(tets())
+    original = FORMATS["medit"].default
+    write(tmp_path / "one.mesh", mesh, original)
+    first, _ = read(tmp_path / "one.mesh")
+    assert_same(mesh, first)
+    second = path_for(tmp_path, target).with_stem("two")
+    write(second, first, target)
+    write(tmp_path / "three.mesh", read(second)[0], original)
+    last, _ = read(tmp_path / "three.mesh")
+    assert unlisted(last.point_data) == unlisted(mesh.point_data)
+    assert [b.type for b in last.blocks] == [b.type for b in mesh.blocks]
+    for one, other in zip(mesh.blocks, last.blocks, strict=True):
+        assert unlisted(one.data) == {
+            n: a for n, a in unlisted(other.data).items() if n in one.data or np.any(a)
+        }
+    lost = [m for m in warnings_of(caplog) if "gmsh:" not in m and "entities of nodes" not in m]
+    assert lost == []
+
+
+@pytest.mark.parametrize("section", ["RequiredVertices", "Ridges", "NormalAtVertices"])
+def test_medit_lists_of_what_is_not_there(tmp_path, caplog, section):
+    """Mmg writes such tangents: they are no reason to refuse a mesh."""
+    numbers = "3 2\n3 1" if section == "NormalAtVertices" else "9\n1"
+    text = MEDIT.replace("RequiredVertices\n1\n2\n", "").replace("Geometry", "Comment")
+    text = text.replace("Corners\n0", f"Normals\n1\n0 0 1\n{section}\n2\n{numbers}")
+    mesh, _ = read(text_mesh(tmp_path, text, "mesh.mesh"))
+    assert f"{section} with numbers of what is not there" in warnings_of(caplog)[0]
+    if section == "NormalAtVertices":
+        assert np.isfinite(mesh.point_data["medit:normal"]).all(axis=1).tolist() == [0, 0, 1, 0]
+    elif section == "Ridges":
+        assert mesh.blocks[0].data["medit:ridge"].tolist() == [1]
+    else:
+        assert mesh.point_data["medit:required"].tolist() == [1, 0, 0, 0]
+
+
+def test_medit_normals_without_vertices_are_named(tmp_path, caplog):
+    text = MEDIT.replace("Corners\n0", "Normals\n1\n0 0 1")
+    mesh, _ = read(text_mesh(tmp_path, text, "mesh.mesh"))
+    assert "medit:normal" not in mesh.point_data
+    assert "Normals" in warnings_of(caplog)[0]
+
+
+def test_gmsh_points_become_references_of_required_vertices(tmp_path, caplog):
+    mesh = tets()
+    for i, block in enumerate(mesh.blocks):
+        block.data = {PHYSICAL: np.full(len(block.cells), 5 + i)}
+    write(tmp_path / "mesh.mesh", mesh, FORMATS["medit"].default)
+    assert warnings_of(caplog) == []
+    again, _ = read(tmp_path / "mesh.mesh")
+    assert again.point_data[REF].tolist() == [5, 0, 0, 0, 0]
+    assert again.point_data["medit:required"].tolist() == [1, 0, 0, 0, 0]
+
+
+@pytest.mark.parametrize(
+    ("name", "key"), [("medit", REF), ("gmsh", PHYSICAL), ("gmsh22", PHYSICAL)]
+)
+def test_arrays_of_any_name_that_make_regions_become_groups(tmp_path, name, key):
+    mesh = tets()
+    for i, block in enumerate(mesh.blocks):
+        block.data = {
+            "x": np.full(len(block.cells), 0.5),
+            "layer": np.full(len(block.cells), 3 + i),
+        }
+    path = path_for(tmp_path, FORMATS[name].default)
+    write(path, mesh, FORMATS[name].default)
+    tets_of = [b.data[key] for b in read(path)[0].blocks if b.type == "tetra"]
+    assert np.concatenate(tets_of).tolist() == [6, 7]
+
+
+def test_medit_binary_of_the_other_byte_order(tmp_path):
+    path = tmp_path / "mesh.meshb"
+    words = [1, 2, 3, 20, 3]
+    vertices = np.array([1.5, 2.5, 3.5], ">f8").tobytes() + np.array([6], ">i4").tobytes()
+    data = np.array(words, ">i4").tobytes() + np.array([4, 60, 1], ">i4").tobytes() + vertices
+    path.write_bytes(data + np.array([54, 0], ">i4").tobytes())
+    mesh, source = read(path)
+    assert mesh.points.tolist() == [[1.5, 2.5, 3.5]]
+    assert mesh.point_data[REF].tolist() == [6]
+    assert source.encoding.binary
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("Vertices\n4", "Vertices\n5", ("malformed",)),
+        ("Tetrahedra\n1", "Tetrahedra\n2", ("malformed",)),
+        ("Dimension 3", "Dimension 4", ("Dimension",)),
+        ("Formatted\n3", "Formatted\n9", ("MeshVersionFormatted",)),
+        ("\nVertices", "\nSomethings", ("Vertices",)),
+        ("1 2 3 0 7", "1 2 3 0.5 7", ("a number was expected",)),
+    ],
+)
+def test_medit_files_that_are_refused(tmp_path, old, new, words):
+    assert_unreadable(text_mesh(tmp_path, MEDIT.replace(old, new, 1), "mesh.mesh"), *words)

@@ -1,0 +1,78 @@
+"""Regions: which arrays make them, and that cells keep them."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from meshopt_cli.mesh.model import Block
+from meshopt_cli.mesh.tags import MAX_LABELS, TAG_NAMES, regions_of
+from support.edits import layered
+from support.runs import optimized
+
+
+def tagged_cells(**data):
+    n = len(next(iter(data.values())))
+    return [Block("tetra", np.zeros((n, 4), np.int64), {k: np.asarray(v) for k, v in data.items()})]
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.tuples(st.integers(-3, 3), st.integers(0, 2)), min_size=1, max_size=40))
+def test_a_region_is_a_combination_of_tags(rows):
+    one, other = zip(*rows, strict=True)
+    blocks = tagged_cells(**{"medit:ref": one, "material": other, "stress": np.ones(len(rows))})
+    region = regions_of(blocks)
+    assert set(region) == set(range(len(set(rows))))
+    assert len(set(zip(rows, region.tolist(), strict=True))) == len(set(rows))
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.int32, np.uint64])
+def test_integers_of_any_width_are_tags(dtype):
+    region = regions_of(tagged_cells(part=np.array([7, 7, 200], dtype)))
+    assert region[0] == region[1] != region[2]
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        np.arange(MAX_LABELS + 1),
+        np.linspace(0, 1, 200),
+        np.arange(200, dtype=np.float64) % 2,
+        np.arange(400).reshape(200, 2) % 2,
+    ],
+    ids=["too many values", "reals", "whole reals", "two columns"],
+)
+def test_an_array_that_is_no_tag_makes_no_regions(values):
+    blocks = tagged_cells(array=values)
+    assert not np.any(regions_of(blocks))
+
+
+def test_as_many_values_as_labels_are_allowed_make_regions():
+    assert len(set(regions_of(tagged_cells(array=np.arange(MAX_LABELS))))) == MAX_LABELS
+
+
+@pytest.mark.parametrize("name", TAG_NAMES)
+def test_tags_by_name_may_have_any_number_of_values(name):
+    values = np.arange(10 * MAX_LABELS)
+    assert np.array_equal(regions_of(tagged_cells(**{name: values})), values)
+
+
+def test_an_array_of_some_blocks_only_makes_no_regions():
+    blocks = tagged_cells(part=[1, 2], own=[1, 1]) + tagged_cells(own=[1, 1])
+    assert not np.any(regions_of(blocks))
+
+
+def test_blocks_of_the_same_tags_are_one_region():
+    blocks = tagged_cells(part=[1, 1]) + tagged_cells(part=[2]) + tagged_cells(part=[1])
+    assert regions_of(blocks).tolist() == [0, 0, 1, 0]
+
+
+@pytest.mark.parametrize("preset", ["standard", "best"])
+def test_cells_keep_the_tag_of_their_place(preset):
+    one = layered()
+    result = optimized(one, preset=preset)
+    (block,) = result.blocks
+    assert block.data["layer"].dtype == np.int32
+    assert not np.array_equal(result.points, one.points)
+    height = result.points[block.cells].mean(axis=1)[:, 2]
+    assert np.array_equal(block.data["layer"] == 9, height > 0.5)

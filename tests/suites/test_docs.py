@@ -1,0 +1,114 @@
+"""What the README and the pre-commit hook say is what the code does."""
+
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+
+import click
+import pytest
+
+from meshopt_cli.cli.check import command
+from meshopt_cli.cli.main import main, status_of
+from meshopt_cli.formats import FORMATS
+from meshopt_cli.validity import RULES
+from meshopt_cli.validity.limits import QUANTITIES
+from support.samples import ROOT
+
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+CHECK = README[README.index("### Check") : README.index("### Passes")]
+
+
+def rows_of(text):
+    """The cells of the rows of all tables in a text."""
+    return [
+        [cell.strip() for cell in line.strip("|").split("|")]
+        for line in text.splitlines()
+        if line.startswith("|") and not line.startswith("|---")
+    ]
+
+
+def test_the_table_of_rules():
+    rows = [row for row in rows_of(CHECK) if re.fullmatch(r"M\d{3}", row[0])]
+    assert rows == [
+        [
+            rule.code,
+            rule.severity + (", on request" if rule.on_request else ""),
+            rule.title,
+            rule.explanation,
+        ]
+        for rule in RULES.values()
+    ]
+
+
+def test_the_table_of_options():
+    named = set(re.findall(r"`(--?[a-z-]+)", " ".join(row[0] for row in rows_of(CHECK))))
+    options = {opt for p in command.params if isinstance(p, click.Option) for opt in p.opts}
+    short = {opt for opt in options if not opt.startswith("--")}
+    assert named - short == options - short - {"--quiet", "--verbose"}
+    assert short == {"-q", "-v"}
+
+
+def test_all_quantities_are_named():
+    assert all(f"`{name}`" in CHECK for name in QUANTITIES)
+
+
+def test_the_configuration_works(tmp_path, monkeypatch, samples):
+    (example,) = re.findall(r"```toml\n(\[check\].*?)```", CHECK, re.DOTALL)
+    (tmp_path / "meshopt.toml").write_text(example)
+    monkeypatch.chdir(tmp_path)
+    # The region is one of the reader's; all the rest is taken as it stands.
+    assert status_of(["check", str(samples / "grid.vtk")]) == 2
+    lines = [line for line in example.splitlines() if "gate" not in line]
+    (tmp_path / "meshopt.toml").write_text("\n".join(lines))
+    assert status_of(["check", str(samples / "two_regions.msh")]) in (0, 1)
+
+
+@pytest.mark.skipif(shutil.which("make") is None, reason="there is no make")
+def test_the_makefile_rule_works(tmp_path, samples):
+    (rule,) = re.findall(r"```make\n(checked.*?)```", CHECK, re.DOTALL)
+    (tmp_path / "Makefile").write_text(rule)
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "meshes" / "a.msh").write_bytes((samples / "two_regions.msh").read_bytes())
+    (tmp_path / "meshes" / "b.msh").write_bytes(b"")
+    (tmp_path / "meshopt").write_text(f'#!/bin/sh\nexec {sys.executable} -m meshopt_cli "$@"\n')
+    (tmp_path / "meshopt").chmod(0o755)
+
+    def make(name):
+        path = {"PATH": f"{tmp_path}:/usr/bin:/bin", "PYTHONPATH": str(ROOT)}
+        ran = subprocess.run(["make", "-s", name], cwd=tmp_path, env=path, capture_output=True,
+                             check=False)  # fmt: skip
+        return ran.returncode, (tmp_path / name).exists()
+
+    assert make("checked/a.ok") == (0, True)
+    assert make("checked/b.ok") == (2, False)
+
+
+def test_the_hook():
+    hook = (ROOT / ".pre-commit-hooks.yaml").read_text()
+    assert re.search(r"id: (\S+)", hook)[1] in CHECK
+    files = re.search(r"files: (\S+)", hook)[1]
+    extensions = {extension for row in FORMATS.values() for extension in row.extensions}
+    assert all(re.search(files, f"mesh{extension}") for extension in extensions)
+    assert not re.search(files, "mesh.txt")
+
+
+@pytest.mark.parametrize("name", ["two_regions.msh", "broken.vtk"])
+def test_the_hook_runs(samples, name):
+    hook = (ROOT / ".pre-commit-hooks.yaml").read_text()
+    program, *arguments = shlex.split(re.search(r"entry: (.+)", hook)[1])
+    assert program == "meshopt"
+    assert status_of([*arguments, str(samples / name)]) == (1 if name == "broken.vtk" else 0)
+
+
+def test_the_readme_has_every_option_and_format():
+    command = main.get_command(click.Context(main), "optimize")
+    for parameter in command.params:
+        if isinstance(parameter, click.Option) and parameter.name != "help":
+            for name in (*parameter.opts[:1], *parameter.secondary_opts):
+                assert f"`{name}" in README, name
+    for name, row in FORMATS.items():
+        assert any(
+            line.startswith(f"| `{name}` | `{row.extensions[0]}`") for line in README.splitlines()
+        ), name

@@ -1,0 +1,1 @@
+"""What the tests share: meshes, changes to them, drivers, and what must hold."""
