@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from ..compiled.decorators import inlined
+from .types import SimplexMesh
 from .vectors import ZERO, Vec, along, dot
 
 
@@ -19,7 +20,7 @@ FREE = Guide(0.0, ZERO)
 
 
 @inlined
-def guided(guide, v):
+def guided(guide: Guide, v: Vec) -> Vec:
     """The part of a vector that a guide allows."""
     if guide.kind == 0.0:
         return v
@@ -30,7 +31,7 @@ def guided(guide, v):
 
 
 @inlined
-def guide_of(mesh, vertex):
+def guide_of(mesh: SimplexMesh, vertex: int) -> Guide:
     """Where a vertex of the boundary may move; everywhere for one inside."""
     if not mesh.slides:
         return FREE

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled.decorators import inlined
+from .types import SimplexMesh
 
 SQRT3 = math.sqrt(3.0)
 
@@ -24,62 +25,62 @@ ZERO = Vec(0.0, 0.0, 0.0)
 
 
 @inlined
-def at(points, i):
+def at(points: np.ndarray, i: int) -> Vec:
     """Point i of an (n, 3) array."""
     return Vec(points[i, 0], points[i, 1], points[i, 2])
 
 
 @inlined
-def ratio(numerator, denominator):
+def ratio(numerator: float, denominator: float) -> float:
     """The quotient, and 0 for what shrank to a point or a line."""
     return numerator / denominator if denominator > 0.0 else 0.0
 
 
 @inlined
-def minus(a, b):
+def minus(a: Vec, b: Vec) -> Vec:
     return Vec(a.x - b.x, a.y - b.y, a.z - b.z)
 
 
 @inlined
-def toward(a, b, t):
+def toward(a: Vec, b: Vec, t: float) -> Vec:
     """The point a + t (b - a)."""
     return Vec(a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.z + t * (b.z - a.z))
 
 
 @inlined
-def along(a, d, t):
+def along(a: Vec, d: Vec, t: float) -> Vec:
     """The point a + t d."""
     return Vec(a.x + t * d.x, a.y + t * d.y, a.z + t * d.z)
 
 
 @inlined
-def dot(a, b):
+def dot(a: Vec, b: Vec) -> float:
     return a.x * b.x + a.y * b.y + a.z * b.z
 
 
 @inlined
-def cross(a, b):
+def cross(a: Vec, b: Vec) -> Vec:
     return Vec(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
 
 
 @inlined
-def norm(a):
+def norm(a: Vec) -> float:
     return math.sqrt(dot(a, a))
 
 
 @inlined
-def square_distance(a, b):
+def square_distance(a: Vec, b: Vec) -> float:
     d = minus(a, b)
     return dot(d, d)
 
 
 @inlined
-def distance(a, b):
+def distance(a: Vec, b: Vec) -> float:
     return math.sqrt(square_distance(a, b))
 
 
 @inlined
-def set_point(points, i, p):
+def set_point(points: np.ndarray, i: int, p: Vec) -> None:
     """Put point i of an (n, 3) array at p."""
     points[i, 0] = p.x
     points[i, 1] = p.y
@@ -87,13 +88,13 @@ def set_point(points, i, p):
 
 
 @inlined
-def single(x):
+def single(x: float) -> float:
     """The number rounded to single precision."""
     return np.float64(np.float32(x))
 
 
 @inlined
-def rounded(mesh, p):
+def rounded(mesh: SimplexMesh, p: Vec) -> Vec:
     """The point as it will be stored."""
     if mesh.single:
         return Vec(single(p.x), single(p.y), single(p.z))

@@ -33,7 +33,9 @@ class Grid(NamedTuple):
 
 
 @kernel
-def weigh(points, cells, cell, p, weights, row):
+def weigh(
+    points: np.ndarray, cells: np.ndarray, cell: int, p: Vec, weights: np.ndarray, row: int
+) -> float:
     """Write the barycentric coordinates of p in a cell into a row; returns the least.
 
     They are volumes over that of the cell (18.3), improved by what they leave of p, so that
@@ -77,7 +79,15 @@ def weigh(points, cells, cell, p, weights, row):
 
 
 @kernel
-def walk(points, cells, neighbours, start, p, weights, row):
+def walk(
+    points: np.ndarray,
+    cells: np.ndarray,
+    neighbours: np.ndarray,
+    start: int,
+    p: Vec,
+    weights: np.ndarray,
+    row: int,
+) -> tuple[int, float]:
     """Walk from cell to cell towards p, inside the region of the first.
 
     Returns
@@ -114,7 +124,15 @@ def walk(points, cells, neighbours, start, p, weights, row):
 
 
 @kernel
-def nearest_of_all(points, cells, region, wanted, p, weights, row):
+def nearest_of_all(
+    points: np.ndarray,
+    cells: np.ndarray,
+    region: np.ndarray,
+    wanted: int,
+    p: Vec,
+    weights: np.ndarray,
+    row: int,
+) -> int:
     """The cell of a region that comes nearest to p, with weights in it that are not negative."""
     width = cells.shape[1]
     nearest = -1
@@ -134,7 +152,9 @@ def nearest_of_all(points, cells, region, wanted, p, weights, row):
 
 
 @kernel
-def clamp(points, cells, cell, p, weights, row):
+def clamp(
+    points: np.ndarray, cells: np.ndarray, cell: int, p: Vec, weights: np.ndarray, row: int
+) -> float:
     """Write weights of p that are not negative, and return how far off they lie."""
     width = cells.shape[1]
     if weigh(points, cells, cell, p, weights, row) == -math.inf:
@@ -155,14 +175,24 @@ def clamp(points, cells, cell, p, weights, row):
 
 
 @kernel
-def box_along(grid, x, axis):
+def box_along(grid: Grid, x: float, axis: int) -> int:
     """The number of the box along an axis that a coordinate falls in, or the one next to it."""
     place = (x - grid.low[axis]) / grid.step
     return int(min(max(place, 0.0), grid.shape[axis] - 1.0))
 
 
 @kernel
-def search(points, cells, neighbours, region, grid, p, wanted, weights, row):
+def search(
+    points: np.ndarray,
+    cells: np.ndarray,
+    neighbours: np.ndarray,
+    region: np.ndarray,
+    grid: Grid,
+    p: Vec,
+    wanted: int,
+    weights: np.ndarray,
+    row: int,
+) -> tuple[int, float]:
     """Find the cell of a region that holds p: walks from the boxes around it, ring by ring."""
     i = box_along(grid, p.x, 0)
     j = box_along(grid, p.y, 1)
@@ -193,7 +223,17 @@ def search(points, cells, neighbours, region, grid, p, wanted, weights, row):
 
 
 @entry
-def locate(points, cells, neighbours, region, grid, queries, wanted, found, weights):
+def locate(
+    points: np.ndarray,
+    cells: np.ndarray,
+    neighbours: np.ndarray,
+    region: np.ndarray,
+    grid: Grid,
+    queries: np.ndarray,
+    wanted: np.ndarray,
+    found: np.ndarray,
+    weights: np.ndarray,
+) -> None:
     """Find the cell that holds each of some points.
 
     Parameters

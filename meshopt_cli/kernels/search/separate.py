@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from ...compiled.decorators import entry, inlined
 
 
 @inlined
-def reach_along(points, one, other, pair, x, y, z):
+def reach_along(
+    points: np.ndarray, one: np.ndarray, other: np.ndarray, pair: int, x: float, y: float, z: float
+) -> float:
     """How far two cells reach into each other along a direction, infinite without one."""
     length = math.sqrt(x * x + y * y + z * z)
     origin = one[pair, 0]
@@ -30,7 +34,16 @@ def reach_along(points, one, other, pair, x, y, z):
 
 
 @inlined
-def reach_across(points, one, other, pair, a, b, c, d):
+def reach_across(
+    points: np.ndarray,
+    one: np.ndarray,
+    other: np.ndarray,
+    pair: int,
+    a: int,
+    b: int,
+    c: int,
+    d: int,
+) -> float:
     """The same along the normal of two edges, a to b and c to d."""
     ux, uy = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
     vx, vy = points[d, 0] - points[c, 0], points[d, 1] - points[c, 1]
@@ -41,7 +54,17 @@ def reach_across(points, one, other, pair, a, b, c, d):
 
 
 @entry
-def depths(points, one, other, limit, facets, other_facets, edges, other_edges, depth):
+def depths(
+    points: np.ndarray,
+    one: np.ndarray,
+    other: np.ndarray,
+    limit: np.ndarray,
+    facets: np.ndarray,
+    other_facets: np.ndarray,
+    edges: np.ndarray,
+    other_edges: np.ndarray,
+    depth: np.ndarray,
+) -> None:
     """How deep cells reach into each other, as far as it matters.
 
     Parameters

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ...compiled.decorators import entry, inlined
 
 
 @inlined
-def root_of(parent, item):
+def root_of(parent: np.ndarray, item: int) -> int:
     """The representative of the set of an item; shortens the way there."""
     while parent[item] != item:
         parent[item] = parent[parent[item]]
@@ -15,7 +17,7 @@ def root_of(parent, item):
 
 
 @entry
-def unite(parent, one, other):
+def unite(parent: np.ndarray, one: np.ndarray, other: np.ndarray) -> None:
     """Join the sets of the items of each pair, and let every item know its representative.
 
     Parameters

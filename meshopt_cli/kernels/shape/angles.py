@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from ...compiled.decorators import entry, inlined, kernel
-from ..vectors import at, cross, dot, minus, norm, ratio
+from ..vectors import Vec, at, cross, dot, minus, norm, ratio
 
 REGULAR_ANGLE_2 = math.pi / 3.0
 REGULAR_ANGLE_3 = math.acos(1.0 / 3.0)
@@ -21,7 +23,7 @@ LEAST_COSINE = math.cos(math.radians(GREATEST_ANGLE / 2.0))
 
 
 @kernel
-def angle_between(u, v):
+def angle_between(u: Vec, v: Vec) -> float:
     """Angle of two vectors in [0, pi], accurate near 0 and pi too."""
     return math.atan2(norm(cross(u, v)), dot(u, v))
 
@@ -30,7 +32,7 @@ def angle_between(u, v):
 
 
 @inlined
-def tet_normals(a, b, c, d):
+def tet_normals(a: Vec, b: Vec, c: Vec, d: Vec) -> tuple[Vec, Vec, Vec, Vec]:
     """Inward normals of the faces opposite a, b, c, d, twice their areas long."""
     ab = minus(b, a)
     ac = minus(c, a)
@@ -41,13 +43,13 @@ def tet_normals(a, b, c, d):
 
 
 @kernel
-def tet_dihedral_angle(n1, n2):
+def tet_dihedral_angle(n1: Vec, n2: Vec) -> float:
     """Angle inside the cell between two faces, from their inward normals (Definition 18.1)."""
     return math.pi - angle_between(n1, n2)
 
 
 @kernel
-def tet_angles(a, b, c, d):
+def tet_angles(a: Vec, b: Vec, c: Vec, d: Vec) -> tuple[float, float]:
     """Least and greatest dihedral angle in radians."""
     n0, n1, n2, n3 = tet_normals(a, b, c, d)
     d01 = tet_dihedral_angle(n0, n1)
@@ -62,7 +64,7 @@ def tet_angles(a, b, c, d):
 
 
 @kernel
-def solid_angle(apex, a, b, c):
+def solid_angle(apex: Vec, a: Vec, b: Vec, c: Vec) -> float:
     """Solid angle at the apex (Definition 18.2), by the formula of Van Oosterom and Strackee."""
     u = minus(a, apex)
     v = minus(b, apex)
@@ -76,13 +78,13 @@ def solid_angle(apex, a, b, c):
 
 
 @inlined
-def inverse_length(a):
+def inverse_length(a: Vec) -> float:
     """1 over the length of a vector; 0 for one that vanishes."""
     return ratio(1.0, norm(a))
 
 
 @inlined
-def tet_angle_bound(a, b, c, d):
+def tet_angle_bound(a: Vec, b: Vec, c: Vec, d: Vec) -> float:
     """The q that the dihedral angles of a positive tet allow.
 
     It grows with the sine of half the least angle and the cosine of half the greatest.
@@ -112,7 +114,7 @@ def tet_angle_bound(a, b, c, d):
 
 
 @kernel
-def tri_angles(a, b, c):
+def tri_angles(a: Vec, b: Vec, c: Vec) -> tuple[float, float]:
     """Least and greatest angle in radians."""
     at_a = angle_between(minus(b, a), minus(c, a))
     at_b = angle_between(minus(c, b), minus(a, b))
@@ -124,7 +126,7 @@ def tri_angles(a, b, c):
 
 
 @entry
-def angle_range(points, cells):
+def angle_range(points: np.ndarray, cells: np.ndarray) -> tuple[float, float]:
     """Least and greatest (dihedral) angle over all cells, in radians; (inf, -inf) of none."""
     least = math.inf
     greatest = -math.inf
@@ -142,7 +144,7 @@ def angle_range(points, cells):
 
 
 @entry
-def angle_sums(points, cells, out):
+def angle_sums(points: np.ndarray, cells: np.ndarray, out: np.ndarray) -> None:
     """Angle that the cells fill around each vertex, added to `out` (np,): 2 pi or 4 pi inside."""
     for i in range(cells.shape[0]):
         for k in range(cells.shape[1]):

@@ -10,6 +10,8 @@ from __future__ import annotations
 import math
 from enum import IntEnum
 
+import numpy as np
+
 from ...compiled.decorators import kernel
 from ..tables import TET_EDGES
 from ..vectors import at, dot, norm, square_distance
@@ -36,7 +38,7 @@ REGULAR, SPADE, SLIVER, CAP, WEDGE, SPINDLE, SPEAR, NEEDLE = (int(t) for t in Te
 
 
 @kernel
-def count_short(points, cell_vertices):
+def count_short(points: np.ndarray, cell_vertices: np.ndarray) -> tuple[int, bool, bool]:
     """Number of short edges, whether two of them are opposite, and a face of three of them.
 
     Parameters
@@ -78,7 +80,7 @@ def count_short(points, cell_vertices):
 
 
 @kernel
-def count_large(points, cell_vertices):
+def count_large(points: np.ndarray, cell_vertices: np.ndarray) -> int:
     """Number of large dihedral angles."""
     n0, n1, n2, n3 = tet_normals(
         at(points, cell_vertices[0]),
@@ -97,7 +99,7 @@ def count_large(points, cell_vertices):
 
 
 @kernel
-def tet_type(points, cell_vertices):
+def tet_type(points: np.ndarray, cell_vertices: np.ndarray) -> int:
     """The type of a tet, one of `TetType`."""
     n, opposite, face = count_short(points, cell_vertices)
     if n > 0:
@@ -115,7 +117,7 @@ def tet_type(points, cell_vertices):
 
 
 @kernel
-def cell_type(points, cell_vertices):
+def cell_type(points: np.ndarray, cell_vertices: np.ndarray) -> int:
     """The type of a tet, or of a triangle as its nearest kin: WEDGE by a short edge, else SPADE."""
     if cell_vertices.shape[0] == 4:
         return tet_type(points, cell_vertices)

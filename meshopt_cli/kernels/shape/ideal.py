@@ -13,7 +13,7 @@ TET_HEIGHT = math.sqrt(2.0 / 3.0)
 
 
 @kernel
-def tri_ideal_point(a, b):
+def tri_ideal_point(a: Vec, b: Vec) -> Vec:
     """Apex of the equilateral triangle to the left of the edge a b."""
     return Vec(
         0.5 * (a.x + b.x) - TRI_HEIGHT * (b.y - a.y),
@@ -23,7 +23,7 @@ def tri_ideal_point(a, b):
 
 
 @inlined
-def tet_ideal_height(a, b, c):
+def tet_ideal_height(a: Vec, b: Vec, c: Vec) -> float:
     """What the normal (b - a) x (c - a) of a facet is to be times, to be the ideal height.
 
     That is the height of a regular tet of the facet's mean edge; 0 for a flat facet, which has
@@ -35,7 +35,7 @@ def tet_ideal_height(a, b, c):
 
 
 @inlined
-def tet_ideal_point(a, b, c, height):
+def tet_ideal_point(a: Vec, b: Vec, c: Vec, height: float) -> Vec:
     """Apex over the centroid of a triangle; `height` is that of `tet_ideal_height`."""
     normal = cross(minus(b, a), minus(c, a))
     return Vec(
