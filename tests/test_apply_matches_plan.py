@@ -14,12 +14,12 @@ import patches
 import pytest
 from builders import tet_grid, tri_grid
 
+from meshopt_cli.cells import TET_EDGES
 from meshopt_cli.kernels import accept
 from meshopt_cli.kernels.operators.collapse import Collapse
 from meshopt_cli.kernels.operators.relocate import Relocation
 from meshopt_cli.kernels.operators.swap import Swap
 from meshopt_cli.kernels.shape import simplex
-from meshopt_cli.kernels.tables import TET_EDGES
 from meshopt_cli.kernels.types import (
     APPLIED,
     CLOCK,

@@ -31,7 +31,7 @@ class Code(NamedTuple):
 
 
 def _digest() -> str:
-    """Digest of all kernel sources and of what compiles them."""
+    """Digest of all kernel sources, of what they take as constants, and of what compiles them."""
     import llvmlite
     from llvmlite.binding import get_host_cpu_features, get_host_cpu_name
 
@@ -41,9 +41,12 @@ def _digest() -> str:
     settings = sorted(item for item in os.environ.items() if item[0].startswith("NUMBA_"))
     digest.update(repr((compilers, machine, settings)).encode())
     package = Path(__file__).parent.parent
+    # The numbering of cells goes into the kernels as constants.
+    sources = [package / "cells.py"]
     for folder in ("compiled", "kernels"):
-        for source in sorted((package / folder).rglob("*.py")):
-            digest.update(source.name.encode() + source.read_bytes())
+        sources += sorted((package / folder).rglob("*.py"))
+    for source in sources:
+        digest.update(source.name.encode() + source.read_bytes())
     return digest.hexdigest()[:16]
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from ..cells import TET_FACETS, TRI_FACETS
 from ..compiled.decorators import kernel
 from .gather.ball import next_stamp, quality_at, touch
 from .journal import keep
-from .tables import TET_FACETS, TRI_FACETS
 from .types import N_CELLS, N_FREE
 from .vectors import at
 

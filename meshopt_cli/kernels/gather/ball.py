@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
+from ...cells import TET_FACETS, TRI_FACETS
 from ...compiled.decorators import entry, inlined, kernel
 from ..shape.simplex import tet_quality, tri_quality
-from ..tables import TET_FACETS, TRI_FACETS
 from ..types import CLOCK, MAX_BALL, N_CELLS
 from ..vectors import at, square_distance
 

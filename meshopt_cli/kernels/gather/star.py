@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 
+from ...cells import TET_FACETS, TRI_FACETS
 from ...compiled.decorators import inlined, kernel
 from ..shape.simplex import (
     ASPECT_RATIO,
@@ -20,7 +21,6 @@ from ..shape.simplex import (
     tri_aspect_ratio,
     tri_quality,
 )
-from ..tables import TET_FACETS, TRI_FACETS
 from ..vectors import Vec, tet_ideal_height, tet_ideal_point, tri_ideal_point
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from ...cells import TET_EDGES, TRI_EDGES
 from ...compiled.decorators import entry, kernel
 from ..accept import MEAN, is_accepted, mean_falls, threshold
 from ..cavity import kill_cell, link
@@ -21,7 +22,6 @@ from ..gather.ball import (
     worst_of,
 )
 from ..journal import keep
-from ..tables import TET_EDGES, TRI_EDGES
 from ..types import APPLIED, CLOCK, FIXED, INVALID, NOT_BETTER, NOT_LEGAL, TOO_LARGE, TOO_LONG
 from ..vectors import Vec, at, toward
 from .relocate import rounded

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 
+from ...cells import TET_EDGES, TET_FACETS, TRI_FACETS
 from ...compiled.decorators import entry, kernel
 from ..cavity import has_room
 from ..gather.shell import is_required
-from ..tables import TET_EDGES, TET_FACETS, TRI_FACETS
 from ..types import APPLIED, FIXED, FULL, INVALID, MAX_SHELL, N_POINTS, NOT_BETTER, TOO_LARGE
 from ..vectors import FREE, Vec, at
 from .insert import Insertion, apply_insertion, enclose

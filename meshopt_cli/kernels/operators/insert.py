@@ -11,13 +11,13 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from ...cells import TET_EDGES, TET_FACETS, TRI_EDGES, TRI_FACETS
 from ...compiled.decorators import entry, kernel
 from ..accept import mean_falls
 from ..cavity import has_room, replace_cells
 from ..gather.ball import next_stamp, quality_at
 from ..gather.shell import is_required
 from ..journal import keep_vertex
-from ..tables import TET_EDGES, TET_FACETS, TRI_EDGES, TRI_FACETS
 from ..types import APPLIED, FULL, INVALID, N_POINTS, NOT_BETTER, NOT_LEGAL, TOO_LARGE
 from ..vectors import FREE, Vec, at, toward
 from .relocate import climb, rounded

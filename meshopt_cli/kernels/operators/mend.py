@@ -11,6 +11,7 @@ import math
 from enum import IntEnum
 from typing import NamedTuple
 
+from ...cells import TET_EDGES, TRI_EDGES
 from ...compiled.decorators import entry, kernel
 from ..accept import FLOOR, STRICT, gained
 from ..cavity import has_room
@@ -24,7 +25,6 @@ from ..journal import (
     worst_before,
 )
 from ..shape.classify import cell_type
-from ..tables import TET_EDGES, TRI_EDGES
 from ..types import APPLIED, FULL, N_POINTS, NOT_BETTER, NOT_LEGAL
 from .collapse import Collapse, apply_collapse, simulate_collapse
 from .face_removal import simulate_face_removal

@@ -6,8 +6,8 @@ the patch may not fall below a floor.
 
 from __future__ import annotations
 
+from ...cells import TET_EDGES
 from ...compiled.decorators import entry, kernel
-from ..tables import TET_EDGES
 from ..types import NOT_BETTER
 from .flip import apply_flip, simulate_flip
 from .swap import APPLIED, NOT_VISITED, apply_swap, simulate_edge_removal, simulate_face_swap

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from ...cells import TET_EDGES, TET_FACETS
 from ...compiled.decorators import entry, inlined, kernel
 from ..accept import FLAT, MEAN, is_accepted, mean_falls, threshold
 from ..cavity import has_room, replace_cells
@@ -21,7 +22,6 @@ from ..gather.shell import (
     is_required,
 )
 from ..shape.simplex import tet_quality
-from ..tables import TET_EDGES, TET_FACETS
 from ..types import APPLIED, FIXED, FULL, INVALID, NOT_BETTER, TOO_LARGE
 from ..vectors import at
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 from enum import IntEnum
 
+from ...cells import TET_EDGES
 from ...compiled.decorators import kernel
-from ..tables import TET_EDGES
 from ..vectors import at, dot, norm, square_distance
 from .angles import tet_normals
 
