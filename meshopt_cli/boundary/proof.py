@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..cells import SIMPLICES
 from ..errors import InvariantError
 from ..mesh import adjacency
 from ..mesh.cast import Simplices
+from ..mesh.sizes import contents
 from .sliding import FIXED, LINE, Slide
 
 Array = np.ndarray
@@ -132,9 +134,6 @@ def _areas(points: Array, facets: Array, patch: Array) -> Array:
 
 def _volumes(mesh: Simplices) -> Array:
     """Volume of each region."""
-    corners = mesh.points[mesh.cells] - mesh.points[mesh.cells[:, :1]]
-    if mesh.dimension == 2:
-        volume = np.cross(corners[:, 1], corners[:, 2])[:, 2] / 2.0
-    else:
-        volume = np.einsum("ij,ij->i", np.cross(corners[:, 1], corners[:, 2]), corners[:, 3]) / 6.0
+    points = np.ascontiguousarray(mesh.points[:, : mesh.dimension])
+    volume = contents(points, mesh.cells, SIMPLICES[mesh.dimension])
     return np.bincount(mesh.region, weights=volume)

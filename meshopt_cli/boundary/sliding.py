@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..cells import SIMPLICES
 from ..mesh import adjacency
 from ..mesh.cast import Simplices
 from ..mesh.model import Block, Mesh
-from ..mesh.tags import REQUIRED, flagged
-from ..validity.geometry import first_of
+from ..mesh.tags import REQUIRED, flagged, is_whole
 
 Array = np.ndarray
 
@@ -52,12 +52,12 @@ class Slide:
 
 def facet_type(simplices: Simplices) -> str:
     """Type of the cells that declare facets."""
-    return "triangle" if simplices.dimension == 3 else "line"
+    return SIMPLICES[simplices.dimension - 1]
 
 
 def labels(blocks: list[Block]) -> Array:
     """One number a row over some blocks, equal for rows with the same integer arrays, (n,)."""
-    names = sorted({n for b in blocks for n, a in b.data.items() if _is_label(a)})
+    names = sorted({n for b in blocks for n, a in b.data.items() if is_whole(a)})
     n_rows = sum(len(b.cells) for b in blocks)
     columns = [np.zeros(n_rows, np.int64)]
     for name in names:
@@ -65,10 +65,6 @@ def labels(blocks: list[Block]) -> Array:
         columns.append(np.concatenate(parts).astype(np.int64))
     _, label, _ = adjacency.distinct_rows(np.stack(columns, axis=1))
     return label
-
-
-def _is_label(values: Array) -> bool:
-    return values.ndim == 1 and values.dtype.kind in "iu"
 
 
 def find(mesh: Mesh, source: Simplices, tolerance: float) -> Slide:
@@ -94,7 +90,7 @@ def find(mesh: Mesh, source: Simplices, tolerance: float) -> Slide:
         return Slide(guide, nothing, facets, np.arange(len(facets)), declared, tolerance)
     normals = _normals(source.points, facets)
     ridges, one, other = _ridges(facets, normals, label, source.edges, n_points, tolerance)
-    patch = first_of(len(facets), one, other)
+    patch = adjacency.first_of(len(facets), one, other)
     pinned[_loose_ends(source.edges, facets, n_points)] = True
     guide = _guides(source.points, facets, normals, patch, ridges, pinned, tolerance)
     return Slide(guide, ridges, facets, patch, declared, tolerance)

@@ -31,7 +31,7 @@ class Code(NamedTuple):
 
 
 def _digest() -> str:
-    """Digest of all kernel sources and of what compiles them."""
+    """Digest of all kernel sources, of what they take as constants, and of what compiles them."""
     import llvmlite
     from llvmlite.binding import get_host_cpu_features, get_host_cpu_name
 
@@ -41,7 +41,8 @@ def _digest() -> str:
     settings = sorted(item for item in os.environ.items() if item[0].startswith("NUMBA_"))
     digest.update(repr((compilers, machine, settings)).encode())
     package = Path(__file__).parent.parent
-    sources = [package / "handles.py"]
+    # The numbering of cells goes into the kernels as constants.
+    sources = [package / "cells.py", package / "handles.py"]
     sources += [path for room in ("compiled", "kernels") for path in (package / room).rglob("*.py")]
     for source in sorted(sources):
         digest.update(source.name.encode() + source.read_bytes())

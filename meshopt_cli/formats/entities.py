@@ -14,7 +14,8 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..mesh.model import Array, Block, dimension_of
+from ..cells import dimension_of
+from ..mesh.model import Array, Block
 from ..mesh.tags import DIM_TAGS, GEOMETRICAL, PHYSICAL
 
 __all__ = ["DIM_TAGS", "GEOMETRICAL", "PHYSICAL", "by_entity", "classify", "write"]

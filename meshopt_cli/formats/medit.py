@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..cells import FAMILIES
 from ..mesh.model import Array, Block, Mesh
 from ..mesh.tags import REF
 from . import medit_lists
@@ -44,8 +45,6 @@ _TYPES = {name: cell_type for cell_type, name in NAMES.items()}
 _TYPES["Hexaedra"] = "hexahedron"  # as some programs spell it
 _VALUES = {"MeshVersionFormatted": (b"1", b"2", b"3", b"4"), "Dimension": (b"2", b"3")}
 _KEYWORD = re.compile(rb"[A-Z][A-Za-z]{2,}\w*")
-_WIDTH = {"line": 2, "triangle": 3, "quad": 4, "tetra": 4, "pyramid": 5, "wedge": 6}
-_WIDTH["hexahedron"] = 8
 
 
 def read(path: Path, data: bytes, encoding: Encoding) -> Mesh:
@@ -87,7 +86,7 @@ def _read_text(path: Path, data: bytes) -> _Parts:
                 mesh.points = np.ascontiguousarray(table[:, :dimension])
                 mesh.point_data[REF] = table[:, dimension].astype(np.int64)
             elif name in _TYPES:
-                table = rows_of(name, rows, n, np.int64, _WIDTH[_TYPES[name]] + 1)
+                table = rows_of(name, rows, n, np.int64, FAMILIES[_TYPES[name]].n_corners + 1)
                 mesh.blocks.append(Block(_TYPES[name], table[:, :-1] - 1, {REF: table[:, -1]}))
             elif n:
                 kind = np.float64 if medit_lists.kind_of(name) == "f" else np.int64

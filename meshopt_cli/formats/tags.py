@@ -12,8 +12,9 @@ from urllib.parse import quote
 
 import numpy as np
 
+from ..cells import SIMPLICES, dimension_of
 from ..mesh.adjacency import distinct
-from ..mesh.model import SIMPLICES, Array, Block, Mesh, dimension_of, main_blocks
+from ..mesh.model import Array, Block, Mesh, main_blocks
 from ..mesh.plane import with_depth
 from ..mesh.tags import DIM_TAGS, GEOMETRICAL, PHYSICAL, REF, REQUIRED, tags_of
 from . import entities, gmsh, medit, medit_lists, vtk
@@ -158,7 +159,7 @@ def _in_space(points: Array) -> Array:
 
 def _label(mesh: Mesh) -> str:
     """The array that makes regions of a mesh without groups; "" if there is none."""
-    for cell_type in reversed(SIMPLICES):
+    for cell_type in reversed(SIMPLICES[2:]):
         if blocks := main_blocks(mesh, cell_type):
             return next(iter(tags_of(blocks, mesh.regions)), "")
     return ""

@@ -11,12 +11,12 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..cells import family_of
 from ..errors import EXIT_BAD_MESH, EXIT_DONE, EXIT_FILES, MeshoptError, ReadError
-from ..mesh.model import Mesh, dimension_of
+from ..mesh.model import Mesh, top_blocks
 from ..report.verdict import Verdict
 from ..validity import Gates, Report, check, choose
 from ..validity.limits import families_of
-from ..validity.study import family_of
 from .findings import verdict_on
 
 # Files smaller than this together are not worth another process.
@@ -111,8 +111,8 @@ def examine(path: Path, task: Task) -> Verdict:
 
 def _warn_of_idle_gates(path: Path, mesh: Mesh, gates: Gates) -> None:
     """Say which limits are on a quantity that no cell of the mesh has."""
-    top = mesh.dimension()
-    families = {family_of(b) for b in mesh.blocks if len(b.cells) and dimension_of(b.type) == top}
+    types = {block.type for block in top_blocks(mesh)}
+    families = {family.name if (family := family_of(t)) else t for t in types}
     names = [x.quantity for x in gates.limits if x.code not in PAIRED]
     if gates.fail_above is not None:
         names.append(gates.measure or DEFAULT_NAME)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..cells import TET_FACETS, TRI_FACETS
 from ..compiled.decorators import kernel
 from ..handles import OUTER
 from .gather.ball import next_stamp, touch
 from .journal import keep
 from .judge import q_with
-from .tables import TET_FACETS, TRI_FACETS
 from .types import N_CELLS, N_FREE, Scratch, SimplexMesh
 from .vectors import at
 

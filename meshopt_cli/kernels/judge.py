@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..cells import TET_FACETS, TRI_FACETS
 from ..compiled.decorators import inlined, kernel
 from .shape.simplex import tet_quality, tri_quality
-from .tables import TET_FACETS, TRI_FACETS
 from .types import Judge, SimplexMesh
 from .vectors import ZERO, Vec, at
 

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..cells import TET_EDGES, TET_FACETS, TRI_EDGES, TRI_FACETS
 from ..handles import DECLARED, INTERFACE, OUTER
-from ..kernels.tables import TET_EDGES, TET_FACETS, TRI_EDGES, TRI_FACETS
 
 Array = np.ndarray
 
@@ -91,6 +91,33 @@ def distinct_rows(rows: Array) -> tuple[Array, Array, Array]:
     number[order] = np.cumsum(is_new) - 1
     start = np.flatnonzero(is_new)
     return ordered[start], number, np.diff(start, append=len(rows))
+
+
+def first_of(n: int, one: Array, other: Array) -> Array:
+    """For each of `n` items the least one that pairs link it to, itself included."""
+    first = np.arange(n)
+    while True:
+        least = np.minimum(first[one], first[other])
+        before = first.copy()
+        for ends in (one, other, before[one], before[other]):
+            np.minimum.at(first, ends, least)
+        first = first[first]
+        if np.array_equal(first, before):
+            return first
+
+
+def same_direction(one: Array, other: Array) -> Array:
+    """Whether two facets with the same vertices run round in the same direction.
+
+    Parameters
+    ----------
+    one, other : (n, w) int64
+    """
+    width = one.shape[1]
+    start = np.argmax(other == one[:, :1], axis=1)
+    following = other[np.arange(len(other)), (start + 1) % width]
+    # An edge has no direction round, only one along.
+    return start == 0 if width == 2 else following == one[:, 1]
 
 
 def is_used(cells: Array, n_points: int) -> Array:

@@ -11,11 +11,15 @@ from functools import cached_property
 
 import numpy as np
 
+from ..cells import FAMILIES, SIMPLICES
 from ..errors import UnsupportedMeshError
 from . import adjacency
 from .model import Array, Block, Mesh, declared, main_blocks, main_type
-from .plane import Frame, flatness, plane_of, with_depth
+from .plane import Frame, plane_of, precision_of, with_depth
+from .sizes import contents
 from .tags import CORNER, GEOMETRICAL, REQUIRED, flagged, regions_of, tags_of
+
+TURNED = [0, 1, 3, 2]  # the vertices of a tetrahedron of the other orientation
 
 
 @dataclass
@@ -90,23 +94,24 @@ def cast(mesh: Mesh) -> Simplices:
     used = adjacency.is_used(cells, len(points))
     frame = None
     turned = False
-    if cell_type == "triangle":
-        tolerance = flatness(points[used], mesh.points.dtype)
-        frame = plane_of(points, cells, tolerance)
+    dimension = FAMILIES[cell_type].dimension
+    facets = declared(mesh, SIMPLICES[dimension - 1])
+    if dimension == 2:
+        edges = np.empty((0, 2), np.int64)
+        frame = plane_of(points, cells, precision_of(mesh.points))
         if frame is None:
             raise UnsupportedMeshError(
                 "the triangles do not lie in one plane: surfaces in space cannot be optimized "
                 "here, but with remeshers of surfaces such as mmgs; meshopt check takes them"
             )
         points = frame.flatten(points)
-        facets, edges = declared(mesh, "line"), np.empty((0, 2), np.int64)
     else:
-        facets, edges = declared(mesh, "triangle"), declared(mesh, "line")
+        edges = declared(mesh, "line")
         # Some may be inverted: most of them tell the orientation.
-        corners = points[cells[:: max(1, len(cells) // 1000)]]
-        if np.sum(np.linalg.det(corners[:, 1:] - corners[:, :1])) < 0:
-            cells = np.ascontiguousarray(cells[:, [0, 1, 3, 2]])
-            turned = True
+        some = cells[:: max(1, len(cells) // 1000)]
+        turned = bool(contents(points, some, cell_type).sum() < 0)
+        if turned:
+            cells = np.ascontiguousarray(cells[:, TURNED])
     fixed = np.zeros(len(points), dtype=bool)
     vertices = np.unique(declared(mesh, "vertex"))
     # A file that declares every vertex (as Mmg writes them) says nothing by it.
@@ -135,10 +140,9 @@ def with_positive_tets(mesh: Mesh) -> tuple[Mesh, int]:
     n_turned = 0
     blocks = []
     for block in mesh.blocks:
-        if block.type == "tetra" and len(block.cells):
-            edges = points[block.cells[:, 1:]] - points[block.cells[:, :1]]
-            negative = np.linalg.det(edges) < 0
-            cells = np.where(negative[:, None], block.cells[:, [0, 1, 3, 2]], block.cells)
+        if block.type == SIMPLICES[3] and len(block.cells):
+            negative = contents(points, block.cells, block.type) < 0
+            cells = np.where(negative[:, None], block.cells[:, TURNED], block.cells)
             n_turned += int(np.count_nonzero(negative))
             blocks.append(replace(block, cells=cells))
         else:

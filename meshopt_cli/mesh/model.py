@@ -6,21 +6,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..cells import FAMILIES, SIMPLICES, dimension_of
 from ..errors import BadMeshError, UnsupportedMeshError
 
 Array = np.ndarray
-
-# Cell types by what they are to this tool.
-LOWER = {"vertex": 0, "line": 1}
-SIMPLICES = {"triangle": 2, "tetra": 3}
-DIMENSION = {
-    **LOWER,
-    **SIMPLICES,
-    "quad": 2,
-    "pyramid": 3,
-    "wedge": 3,
-    "hexahedron": 3,
-}
 
 
 @dataclass
@@ -59,7 +48,7 @@ class Mesh:
     more_groups : dict of (dimension, tag) to tuple of int
         The physical groups that an entity of Gmsh is in besides that of its cells.
     regions : tuple of str, optional
-        Arrays that make regions, instead of all that `is_tag` takes for tags.
+        Arrays that make regions, instead of all that `tags.is_tag` takes for tags.
     """
 
     points: Array
@@ -74,10 +63,10 @@ class Mesh:
         return max((dimension_of(b.type) for b in self.blocks if len(b.cells)), default=-1)
 
 
-def dimension_of(cell_type: str) -> int:
-    """Dimension of a cell type of any order, from its name."""
-    stem = cell_type.rstrip("0123456789")
-    return DIMENSION.get(stem, 3)
+def top_blocks(mesh: Mesh) -> list[Block]:
+    """The blocks with cells of the greatest dimension: those that a mesh is made of."""
+    top = mesh.dimension()
+    return [b for b in mesh.blocks if len(b.cells) and dimension_of(b.type) == top]
 
 
 def main_type(mesh: Mesh) -> str:
@@ -94,24 +83,26 @@ def main_type(mesh: Mesh) -> str:
     if dimension < 2:
         what = {-1: "no cells", 0: "points only", 1: "lines only"}[dimension]
         raise BadMeshError(f"{what}: a mesh of triangles or tetrahedra is needed")
-    wanted = "triangle" if dimension == 2 else "tetra"
-    others = {b.type for b in mesh.blocks if len(b.cells)} - {wanted, "triangle", *LOWER}
+    known = SIMPLICES[: dimension + 1]
+    others = {b.type for b in mesh.blocks if len(b.cells)} - set(known)
     if others:
-        curved = all(cell_type not in DIMENSION for cell_type in others)
+        curved = all(cell_type not in FAMILIES for cell_type in others)
         remedy = "save it with cells of first order" if curved else "cut them into simplices first"
         raise UnsupportedMeshError(
             f"cells of type {', '.join(sorted(others))} cannot be optimized, only linear triangles "
             f"in a plane and linear tetrahedra can: {remedy}; meshopt check takes them as they are"
         )
-    return wanted
+    return known[-1]
 
 
 def main_blocks(mesh: Mesh, cell_type: str) -> list[Block]:
+    """The blocks of one type that have cells."""
     return [b for b in mesh.blocks if b.type == cell_type and len(b.cells)]
 
 
 def declared(mesh: Mesh, cell_type: str) -> Array:
     """Cells of one type over all blocks, (n, k) int64."""
-    width = {"vertex": 1, "line": 2, "triangle": 3}[cell_type]
     found = [b.cells for b in mesh.blocks if b.type == cell_type]
-    return np.concatenate(found) if found else np.empty((0, width), np.int64)
+    if not found:
+        return np.empty((0, FAMILIES[cell_type].n_corners), np.int64)
+    return np.concatenate(found)

@@ -7,11 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import adjacency
+from .model import Array
+from .sizes import area_vectors
 
-Array = np.ndarray
+# A mesh is planar when no vertex is farther from its plane than this part of its extent, in
+# double and in single precision.
+PLANARITY = 1e-6, 1e-5
 
-# A mesh is planar when no vertex is farther from its plane than this part of its extent.
-PLANARITY = {np.dtype(np.float64): 1e-6, np.dtype(np.float32): 1e-5}
+STRAIGHT = 1e-9  # a normal whose cosine to an axis is nearer to 1 than this has its direction
 
 
 @dataclass(frozen=True)
@@ -32,6 +35,24 @@ class Frame:
         height = (points - self.origin) @ self.axes[2]
         return self.origin + flat[:, :2] @ self.axes[:2] + np.outer(height, self.axes[2])
 
+    @property
+    def normal_axis(self) -> int:
+        """The axis of space that the plane is normal to, -1 for an inclined plane."""
+        axis = int(np.argmax(np.abs(self.axes[2])))
+        return axis if abs(self.axes[2, axis]) > 1 - STRAIGHT else -1
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether coordinates in the plane are some of those in space, bit for bit."""
+        return not self.origin.any() and bool((np.abs(self.axes).max(axis=1) == 1.0).all())
+
+    def upright(self) -> Frame:
+        """The frame as it is seen from where the axis points that it is most nearly normal to."""
+        axis = int(np.argmax(np.abs(self.axes[2])))
+        if self.axes[2, axis] > 0:
+            return self
+        return Frame(self.origin, self.axes * np.array([[1.0], [-1.0], [-1.0]]))
+
 
 def with_depth(points: Array) -> Array:
     """The points as (np, 3) float64, z = 0 where the file has two columns."""
@@ -40,7 +61,12 @@ def with_depth(points: Array) -> Array:
     return result
 
 
-def flatness(points: Array, precision: np.dtype) -> float:
+def precision_of(points: Array) -> float:
+    """Relative spacing of the numbers that coordinates are stored as; double for integers."""
+    return float(np.finfo(points.dtype if points.dtype.kind == "f" else np.float64).eps)
+
+
+def flatness(points: Array, precision: float) -> float:
     """How far from a plane vertices may lie, relative to the extent of the mesh.
 
     Far from the origin, coordinates are rounded more coarsely than the mesh is flat.
@@ -48,16 +74,16 @@ def flatness(points: Array, precision: np.dtype) -> float:
     Parameters
     ----------
     points : (n, 3) float64
-    precision : dtype
-        In which the coordinates are stored.
+    precision : float
+        See `precision_of`.
     """
     extent = float(np.max(np.ptp(points, axis=0))) or 1.0
-    rounding = float(np.finfo(precision).eps) * float(np.abs(points).max())
-    return max(PLANARITY[precision], 4.0 * rounding / extent)
+    rounding = precision * float(np.abs(points).max())
+    return max(PLANARITY[precision > 1e-10], 4.0 * rounding / extent)
 
 
-def plane_of(points: Array, triangles: Array, tolerance: float) -> Frame | None:
-    """The plane that all triangles lie in, or None.
+def plane_of(points: Array, triangles: Array, precision: float) -> Frame | None:
+    """The plane that all triangles lie in, or None: the one test of what is planar.
 
     The normal points to the side from which most of the area turns counter-clockwise. In a
     plane normal to an axis the frame only exchanges coordinates, so that they keep every bit.
@@ -66,30 +92,35 @@ def plane_of(points: Array, triangles: Array, tolerance: float) -> Frame | None:
     ----------
     points : (np, 3) float64
     triangles : (n, 3) int64
-    tolerance : float
-        Greatest distance from the plane, relative to the extent of the mesh.
+    precision : float
+        Of the coordinates as they are stored, see `precision_of`: it says how far from the plane
+        vertices may lie.
     """
-    corners = points[triangles]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     used = points[adjacency.distinct(triangles)]
-    extent = float(np.max(np.ptp(used, axis=0)))
+    if not len(used):
+        return None
+    extent = np.ptp(used, axis=0)
+    limit = flatness(used, precision) * float(extent.max())
+    normals = area_vectors(points, triangles)
     # Triangles may turn either way: line the normals up before adding them.
     largest = normals[np.argmax(np.einsum("ij,ij->i", normals, normals))]
     sides = normals @ largest
     normal = np.sum(normals * np.where(sides < 0, -1.0, 1.0)[:, None], axis=0)
+    if not normal.any():  # all are flat: along an axis they may lie in a plane all the same
+        normal[2 - int(np.argmin(extent[::-1]))] = 1.0
     length = float(np.linalg.norm(normal))
-    if length == 0.0 or not np.isfinite(length):
+    if not np.isfinite(length):
         return None
     normal /= length
     if np.sum(normals @ normal) < 0:
         normal = -normal
     axis = int(np.argmax(np.abs(normal)))
-    if np.ptp(used[:, axis]) <= tolerance * extent and abs(normal[axis]) > 1 - 1e-9:
+    if np.ptp(used[:, axis]) <= limit and abs(normal[axis]) > 1 - STRAIGHT:
         sign = 1.0 if normal[axis] > 0 else -1.0
         u, v = np.eye(3)[(axis + 1) % 3], sign * np.eye(3)[(axis + 2) % 3]
         return Frame(np.zeros(3), np.stack([u, v, sign * np.eye(3)[axis]]))
     origin = used.mean(axis=0)
-    if np.max(np.abs((used - origin) @ normal)) > tolerance * extent:
+    if np.max(np.abs((used - origin) @ normal)) > limit:
         return None
     u = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     u /= np.linalg.norm(u)

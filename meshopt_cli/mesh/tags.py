@@ -8,7 +8,7 @@ import numpy as np
 
 from ..errors import ConfigError
 from . import adjacency
-from .model import Array, Block, Mesh, main_blocks, main_type
+from .model import Array, Block, Mesh, top_blocks
 
 # Integer arrays that tell cells of one region from those of another, whatever their values.
 PHYSICAL, GEOMETRICAL, REF = TAG_NAMES = ("gmsh:physical", "gmsh:geometrical", "medit:ref")
@@ -22,9 +22,14 @@ NORMAL, TANGENT = "medit:normal", "medit:tangent"
 MAX_LABELS = 64
 
 
+def is_whole(values: Array) -> bool:
+    """Whether an array holds one whole number a row."""
+    return values.ndim == 1 and values.dtype.kind in "iu"
+
+
 def is_tag(name: str, arrays: list[Array]) -> bool:
-    """Whether an array over the cells tells regions apart."""
-    if name in FLAGS or any(a.dtype.kind not in "iu" or a.ndim != 1 for a in arrays):
+    """Whether an array, given block by block, tells regions of the cells apart."""
+    if name in FLAGS or not all(is_whole(a) for a in arrays):
         return False
     return name in TAG_NAMES or len(np.unique(np.concatenate(arrays))) <= MAX_LABELS
 
@@ -32,16 +37,23 @@ def is_tag(name: str, arrays: list[Array]) -> bool:
 def tags_of(blocks: list[Block], regions: tuple[str, ...] | None = None) -> dict[str, Array]:
     """The tags that make regions of the cells of some blocks, each (ne,), by name.
 
+    They are on all of the blocks.
+
     Parameters
     ----------
     regions : tuple of str, optional
         Only these arrays; see `Mesh.regions`.
     """
-    names = [n for n in blocks[0].data if all(n in b.data for b in blocks)]
-    arrays = {n: [b.data[n] for b in blocks] for n in names}
+    arrays = _on_all(blocks)
     if regions is not None:
-        return {n: np.concatenate(arrays[n]) for n in names if n in regions}
+        return {n: np.concatenate(a) for n, a in arrays.items() if n in regions}
     return {n: np.concatenate(a) for n, a in arrays.items() if is_tag(n, a)}
+
+
+def _on_all(blocks: list[Block]) -> dict[str, list[Array]]:
+    """The arrays that all of some blocks have, block by block."""
+    names = [n for n in blocks[0].data if all(n in b.data for b in blocks)] if blocks else []
+    return {n: [b.data[n] for b in blocks] for n in names}
 
 
 def with_regions(mesh: Mesh, names: tuple[str, ...]) -> Mesh:
@@ -50,12 +62,11 @@ def with_regions(mesh: Mesh, names: tuple[str, ...]) -> Mesh:
     Raises
     ------
     ConfigError
-        A name is that of no array of whole numbers, one a cell, on all cells to optimize.
+        A name is that of no array of whole numbers, one a cell, on all cells of the greatest
+        dimension.
     """
-    blocks = main_blocks(mesh, main_type(mesh))
-    common = [n for n in blocks[0].data if all(n in b.data for b in blocks)]
-    arrays = {n: [b.data[n] for b in blocks] for n in common}
-    fit = [n for n in common if all(a.dtype.kind in "iu" and a.ndim == 1 for a in arrays[n])]
+    arrays = _on_all(top_blocks(mesh))
+    fit = [n for n, values in arrays.items() if all(is_whole(a) for a in values)]
     for name in names:
         if name not in fit:
             known = f"choose from {', '.join(fit)}" if fit else "the mesh has none"

@@ -6,14 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..cells import FAMILIES, SIMPLICES, family_of
 from ..errors import UnsupportedMeshError
 from ..mesh import adjacency
 from ..mesh.cast import Simplices, cast
-from ..mesh.model import DIMENSION, Array, Block, Mesh, dimension_of, main_type
-from ..mesh.plane import flatness, plane_of, with_depth
-
-# The simplex of each dimension.
-_WANTED = {2: "triangle", 3: "tetra"}
+from ..mesh.model import Array, Block, Mesh, declared, main_type, top_blocks
+from ..mesh.plane import plane_of, precision_of, with_depth
+from ..mesh.sizes import unfolded
 
 
 class Part(NamedTuple):
@@ -50,46 +49,36 @@ def measurable(mesh: Mesh) -> Part:
         mesh, notes = _simplices_only(mesh)
     n_points = 0
     if mesh.dimension() == 2:
-        cells = np.concatenate([b.cells for b in mesh.blocks if b.type == "triangle"])
+        cells = declared(mesh, main_type(mesh))
         points = with_depth(mesh.points)
-        tolerance = flatness(points[adjacency.distinct(cells)], mesh.points.dtype)
-        if plane_of(points, cells, tolerance) is None:
+        if plane_of(points, cells, precision_of(mesh.points)) is None:
             notes.append("each triangle of the surface is measured in its own plane")
-            mesh, n_points = _side_by_side(points[cells]), len(adjacency.distinct(cells))
+            n_points = len(adjacency.distinct(cells))
+            mesh = _side_by_side(points, cells)
     simplices = cast(mesh)
     return Part(simplices, n_points or len(adjacency.distinct(simplices.cells)), tuple(notes))
 
 
 def _simplices_only(mesh: Mesh) -> tuple[Mesh, list[str]]:
-    wanted = _WANTED[mesh.dimension()]
+    wanted = FAMILIES[SIMPLICES[mesh.dimension()]]
     kept, curved = [], 0
     left: dict[str, int] = {}
-    for block in mesh.blocks:
-        stem = block.type.rstrip("0123456789")
-        if stem == wanted and len(block.cells):
-            curved += len(block.cells) * (block.type not in DIMENSION)
-            corners = block.cells[:, : mesh.dimension() + 1]
-            kept.append(Block(wanted, np.ascontiguousarray(corners)))
-        elif dimension_of(block.type) == mesh.dimension() and len(block.cells):
+    for block in top_blocks(mesh):
+        if family_of(block.type) is wanted:
+            curved += len(block.cells) * (block.type not in FAMILIES)
+            corners = np.ascontiguousarray(block.cells[:, : wanted.n_corners])
+            kept.append(Block(wanted.name, corners, block.data))
+        else:
             left[block.type] = left.get(block.type, 0) + len(block.cells)
     if not kept:
         main_type(mesh)  # which says so
     notes = [f"{n:,} cells of type {cell_type} are left out" for cell_type, n in left.items()]
     if curved:
         notes.append(f"{curved:,} cells of higher order are measured by their corners")
-    return Mesh(mesh.points, kept), notes
+    return Mesh(mesh.points, kept, regions=mesh.regions), notes
 
 
-def _side_by_side(corners: Array) -> Mesh:
-    """Triangles of space, (n, 3, 3), each in the plane z = 0 with points of its own."""
-    along = corners[:, 1] - corners[:, 0]
-    across = corners[:, 2] - corners[:, 0]
-    base = np.linalg.norm(along, axis=1)
-    u = along / np.where(base > 0.0, base, 1.0)[:, None]
-    x = np.einsum("ij,ij->i", across, u)
-    height = np.linalg.norm(np.cross(u, across), axis=1)
-    points = np.zeros((len(corners), 3, 2))
-    points[:, 1, 0] = base
-    points[:, 2, 0], points[:, 2, 1] = x, height
-    cells = np.arange(3 * len(corners)).reshape(-1, 3)
-    return Mesh(points.reshape(-1, 2), [Block("triangle", cells)])
+def _side_by_side(points: Array, triangles: Array) -> Mesh:
+    """Triangles of space, each in the plane z = 0 with points of its own."""
+    flat, cells = unfolded(points, triangles)
+    return Mesh(flat[:, :2], [Block(SIMPLICES[2], cells)])

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..cells import SIMPLICES
 from ..errors import ConfigError
 from ..kernels.search.target import best_over_face, estimate_targets
 from ..kernels.shape import simplex
@@ -14,6 +15,7 @@ from ..kernels.shape.angles import REGULAR_ANGLE_3, angle_range
 from ..kernels.types import Judge
 from ..mesh import adjacency
 from ..mesh.cast import Simplices
+from ..mesh.sizes import angles_between, area_vectors, contents
 
 Array = np.ndarray
 
@@ -215,14 +217,12 @@ def _forced_by_edges(simplices: Simplices) -> float:
     pairs = pairs[n_facets[edge[pairs]] == 2].reshape(-1, 2)
     # Vertices of the tetrahedron that the facets span, seen from inside one of them.
     tets = np.column_stack([ends[pairs[:, 0]], np.roll(skin, 1, axis=1).ravel()[pairs]])
-    a, b, c, d = (points[tets[:, k]] for k in range(4))
-    is_convex = np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) > 0.0
+    is_convex = contents(points, tets, SIMPLICES[3]) > 0.0
     if not is_convex.any():
         return 180.0
-    tets, along = tets[is_convex], (b - a)[is_convex]
-    one, other = (np.cross(along, (x - a)[is_convex]) for x in (c, d))
-    sine = np.linalg.norm(np.cross(one, other), axis=1)
-    between = np.degrees(np.arctan2(sine, np.einsum("ij,ij->i", one, other)))
+    tets = tets[is_convex]
+    one, other = (area_vectors(points, tets[:, [0, 1, apex]]) for apex in (2, 3))
+    between = np.degrees(angles_between(one, other))
     alone = cell_quality(points, tets, MEASURES["angle-min"]) * math.degrees(REGULAR_ANGLE_3)
     return float(np.maximum(alone, 0.5 * between).min())
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ..cells import FAMILIES, SIMPLICES
 from ..quality.summary import Summary
 
 
@@ -49,7 +50,7 @@ class Report:
     def title(self) -> str:
         """The line above the table: file, cells, vertices, measure."""
         summary = self.before
-        cells = "tetrahedra" if summary.dimension == 3 else "triangles"
+        cells = FAMILIES[SIMPLICES[summary.dimension]].plural
         return (
             f"{Path(self.input.path).name}: {summary.n_cells:,} {cells}, "
             f"{summary.n_points:,} vertices, {summary.measure.replace('-', ' ')} "

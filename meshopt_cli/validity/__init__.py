@@ -1,7 +1,7 @@
 """What `check` looks for: the table of rules, and the search for what breaks them.
 
-Every rule is a function of a `Study`, under a decorator that puts its row into `RULES`.
-It returns the `Places` where the rule is broken, as arrays, since there may be many.
+Every rule is a function of an `Examination`, under a decorator that makes a row of it. It returns
+the `Places` where the rule is broken, as arrays, since there may be many.
 """
 
 from __future__ import annotations
@@ -11,12 +11,11 @@ from collections.abc import Iterable
 import numpy as np
 
 from ..mesh.model import Mesh
-from . import rules as _rules  # fills the table
+from .examination import Examination
 from .limits import NO_GATES, Gates, Limit, limit_of
 from .model import (
     ARRAYS,
     ERROR,
-    RULES,
     SEARCH,
     WARNING,
     Finding,
@@ -24,14 +23,11 @@ from .model import (
     Places,
     Report,
     Rule,
-    choose,
 )
-from .study import Study
+from .rules import RULES, choose
 
 __all__ = ["ARRAYS", "ERROR", "NO_GATES", "RULES", "SEARCH", "WARNING", "Finding", "Gates"]
 __all__ += ["Group", "Limit", "Places", "Report", "Rule", "check", "choose", "limit_of"]
-
-assert _rules.FILLED
 
 
 def check(
@@ -70,7 +66,7 @@ def check(
     """
     wanted = choose(select, ignore, (*extend, *gates.codes))
     with np.errstate(all="ignore"):
-        study = Study(mesh, gates, tolerance)
+        study = Examination(mesh, gates, tolerance)
         every = overlaps or study.dimension < 3
         found = [Group(row, row.find(study)) for row in wanted if every or row.cost != SEARCH]
     return Report(tuple(group for group in found if len(group)))

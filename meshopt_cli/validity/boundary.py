@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..mesh.adjacency import distinct_rows, row_ids
+from ..cells import FAMILIES, SIMPLICES
+from ..mesh.adjacency import distinct_rows, first_of, row_ids
+from ..mesh.model import Array
+from ..mesh.sizes import contents, flux
 from . import geometry
-from .geometry import MANY, Array, Pairs
+from .geometry import Pairs
+from .study import MANY, FacetSet, Study
 
-if TYPE_CHECKING:
-    from .study import FacetSet, Study
-
-# Cells by the facets that bound them: how many of each width.
-VOIDS = {"quad": {2: 4}, "pyramid": {3: 4, 4: 1}, "wedge": {3: 2, 4: 3}, "hexahedron": {4: 6}}
+# Cells other than simplices, by the facets that bound them: how many of each width.
+VOIDS = {
+    name: {table.shape[1]: len(table) for table in family.facets}
+    for name, family in FAMILIES.items()
+    if family.facets and not family.is_simplex
+}
 
 
 @dataclass(frozen=True)
@@ -130,7 +134,9 @@ def is_consistent(sides: Sides) -> bool:
     return not total.any()
 
 
-def missing_cells(study: Study, skin: Skin, sides: Sides, sign: float) -> list[Array]:
+def missing_cells(
+    study: Study, skin: Skin, sides: Sides, sign: float, explained: Array
+) -> list[Array]:
     """Rows of the facets of each void that one cell would fill."""
     simplices = _missing_simplices(study, skin, sign)
     taken = np.zeros(len(skin.rows), dtype=bool)
@@ -138,27 +144,26 @@ def missing_cells(study: Study, skin: Skin, sides: Sides, sign: float) -> list[A
         taken[rows] = True
     # Other cells: small closed pieces of boundary.
     one, other = couples(sides)
-    label = geometry.first_of(len(skin.rows), sides.facet[one], sides.facet[other])
+    label = first_of(len(skin.rows), sides.facet[one], sides.facet[other])
     n_facets = np.bincount(label, minlength=len(label))
     found = []
     open_ = np.zeros(len(label), dtype=bool)
     open_[label[sides.facet[sides.count[sides.side] != 2]]] = True
     order = np.argsort(label, kind="stable")
     ends = np.cumsum(n_facets)
-    for piece in np.flatnonzero((n_facets >= 4) & (n_facets <= 6) & ~open_).tolist():
+    sizes = [sum(widths.values()) for widths in VOIDS.values()]
+    for piece in np.flatnonzero(np.isin(n_facets, sizes) & ~open_).tolist():
         rows = order[ends[piece] - n_facets[piece] : ends[piece]]
         widths = {int(w): int(n) for w, n in zip(*np.unique(skin.width[rows], return_counts=True),
                                                  strict=True)}  # fmt: skip
         n_vertices = len(np.unique(skin.rows[rows][skin.rows[rows] >= 0]))
         fits = any(
-            widths == facets and n_vertices == len(set(geometry.EDGES[family].ravel().tolist()))
-            for family, facets in VOIDS.items()
+            widths == facets and n_vertices == FAMILIES[name].n_corners
+            for name, facets in VOIDS.items()
         )
         if fits and not taken[rows].any() and _is_void(study, skin.take(rows), sign):
             found.append(rows)
-    return [
-        rows for rows in simplices + found if not study.explained[skin.owners[rows]].any()
-    ]  # fmt: skip
+    return [rows for rows in simplices + found if not explained[skin.owners[rows]].any()]
 
 
 def _is_void(study: Study, skin: Skin, sign: float) -> bool:
@@ -198,14 +203,12 @@ def _missing_simplices(study: Study, skin: Skin, sign: float) -> list[Array]:
     corners = np.concatenate([rows[found[:, 0]], found[:, 1:]], axis=1)
     # The void lies before the facet, where the outward normal points to.
     points = study.plane[0] if study.plane is not None else study.points
-    edges = points[corners] - points[corners[:, :1]]
-    ahead = np.linalg.det(edges[:, 1:]) * sign * (1 if d == 3 else -1) > 0
+    family = SIMPLICES[d]
+    ahead = contents(points, corners, family) * sign * (1 if d == 3 else -1) > 0
     # A hanging node makes flat voids, which no cell could fill.
     found, corners = found[ahead], corners[ahead]
-    if d == 3:
-        flat = geometry.corner_volumes(points, study.noise, corners, "tetra")[1][:, 0]
-    else:
-        flat = geometry.triangle_areas(points, study.noise, corners)[1][:, 0]
+    at_corners = geometry.corner_volumes if d == 3 else geometry.corner_areas
+    flat = at_corners(points, study.noise, corners, family)[1][:, 0]
     found, corners = found[~flat], corners[~flat]
     ids = row_ids(np.sort(corners, axis=1), study.n_points) if len(corners) else corners[:, 0]
     voids = []
@@ -221,7 +224,7 @@ def enclosed(study: Study, skin: Skin) -> float:
     points = study.centred
     total = 0.0
     for width in np.unique(skin.width).tolist():
-        total += float(geometry.flux(points[skin.rows[skin.width == width, :width]]).sum())
+        total += float(flux(points[skin.rows[skin.width == width, :width]]).sum())
     return total
 
 
@@ -246,14 +249,20 @@ class Domain:
     sign: float
 
 
-def domain_of(study: Study) -> Domain:
-    """Find the boundary of the distinct sound cells."""
+def domain_of(study: Study, explained: Array) -> Domain:
+    """Find the boundary of the distinct sound cells.
+
+    Parameters
+    ----------
+    explained : (n_cells,) bool
+        Cells whose own shape is found wrong: what they bound is no void.
+    """
     skin = skin_of(study)
     sides = sides_of(skin, study.n_points, study.dimension)
     sign = -1.0 if sum(float(c.sum()) for c in study.contents) < 0 else 1.0
     voids: list[Array] = []
     if study.dimension == 3 or study.plane is not None:
-        voids = missing_cells(study, skin, sides, sign)
+        voids = missing_cells(study, skin, sides, sign, explained)
     around = [skin.owners[rows] for rows in voids]
     if voids:
         kept = np.ones(len(skin.rows), dtype=bool)
@@ -293,7 +302,7 @@ def parts(study: Study, region: Array | None = None) -> Array:
 def components(n: int, one: Array, other: Array) -> Array:
     """For each of `n` items the least one that pairs link it to."""
     if n < MANY:
-        return geometry.first_of(n, one, other)
+        return first_of(n, one, other)
     from ..kernels.search.unite import unite
 
     parent = np.arange(n)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from ..mesh.adjacency import first_of
+from ..mesh.model import Array
+from ..mesh.sizes import norms
 from . import geometry
-from .geometry import Array
-
-if TYPE_CHECKING:
-    from .study import Study
+from .study import Study
 
 
 def first_points(study: Study) -> Array:
@@ -24,14 +22,14 @@ def first_points(study: Study) -> Array:
     relative = study.tolerance or (1e-12 if study.eps < 1e-10 else 1e-7)
     distance = max(relative * extent, float(study.noise.max()) / 2)
     one, other = geometry.near_pairs(points, distance)
-    apart = geometry.norms(points[one] - points[other])
+    apart = norms(points[one] - points[other])
     if apart.any():
         # Fine meshes of wide domains have short edges: coincident means much shorter.
         shortest = _shortest_edges(study, np.concatenate([present[one], present[other]]))
         limit = np.minimum(shortest[present[one]], shortest[present[other]]) / 10
         keep = (apart == 0) | (apart <= limit)
         one, other = one[keep], other[keep]
-    first = geometry.first_of(len(present), one, other)
+    first = first_of(len(present), one, other)
     # Stray points in one place are only unused, as long as no cell has a vertex there.
     matters = np.zeros(len(present), dtype=bool)
     matters[first[study.used[present]]] = True
@@ -49,7 +47,7 @@ def _shortest_edges(study: Study, wanted: Array) -> Array:
         cells = group.cells[is_wanted[group.cells].any(axis=1)]
         for i in range(cells.shape[1]):
             for j in range(i):
-                length = geometry.norms(study.points[cells[:, i]] - study.points[cells[:, j]])
+                length = norms(study.points[cells[:, i]] - study.points[cells[:, j]])
                 np.minimum.at(result, cells[:, i], length)
                 np.minimum.at(result, cells[:, j], length)
     return result
@@ -57,4 +55,4 @@ def _shortest_edges(study: Study, wanted: Array) -> Array:
 
 def norm_of_extent(points: Array) -> float:
     """Diagonal of the bounding box."""
-    return float(geometry.norms(np.ptp(points, axis=0)))
+    return float(norms(np.ptp(points, axis=0)))

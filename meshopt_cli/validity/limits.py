@@ -8,9 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..cells import FAMILIES, SIMPLICES
 from ..errors import ConfigError
-from . import geometry
-from .geometry import Array
+from ..mesh.model import Array
+from ..mesh.sizes import chunks, contents, dihedral_angles, facet_normals, norms, unfolded
 
 # A gate as it is written: a quantity, a limit, and where it holds only in a region, that region.
 GATE = re.compile(r"\s*([a-z][a-z0-9-]*)\s*(<=|>=)\s*([^@\s]+)\s*(?:@\s*(.*\S)\s*)?")
@@ -108,7 +109,7 @@ def quantities() -> tuple[str, ...]:
 
 def families_of(quantity: str) -> tuple[str, ...]:
     """The types of cells that have a quantity."""
-    return QUANTITIES[quantity].families if quantity in QUANTITIES else SIMPLICES
+    return QUANTITIES[quantity].families if quantity in QUANTITIES else MEASURED
 
 
 def measured(quantity: str, points: Array, cells: Array, family: str) -> Array:
@@ -124,19 +125,19 @@ def measured(quantity: str, points: Array, cells: Array, family: str) -> Array:
     """
     if quantity in QUANTITIES:
         function = QUANTITIES[quantity].function
-        parts = [function(points, cells[rows], family) for rows in geometry.chunks(len(cells))]
+        parts = [function(points, cells[rows], family) for rows in chunks(len(cells))]
         return np.concatenate([np.empty(0), *parts])
     # The measures are kernels: imported when a limit asks for them.
     from ..quality.summary import as_degradation, cell_quality, measure_named
 
-    if family == "triangle":
-        points, cells = geometry.unfolded(points, cells)
+    if FAMILIES[family].dimension == 2:
+        points, cells = unfolded(points, cells)
     return as_degradation(np.abs(cell_quality(points, cells, measure_named(quantity))))
 
 
 def _edges(points: Array, cells: Array, family: str) -> Array:
-    ends = geometry.EDGES[family]
-    return geometry.norms(points[cells[:, ends[:, 1]]] - points[cells[:, ends[:, 0]]])
+    ends = FAMILIES[family].edges
+    return norms(points[cells[:, ends[:, 1]]] - points[cells[:, ends[:, 0]]])
 
 
 def _edge_min(points: Array, cells: Array, family: str) -> Array:
@@ -148,15 +149,15 @@ def _edge_max(points: Array, cells: Array, family: str) -> Array:
 
 
 def _content(points: Array, cells: Array, family: str) -> Array:
-    return np.abs(geometry.contents(points, cells, family))
+    return np.abs(contents(points, cells, family))
 
 
 def _height_min(points: Array, cells: Array, family: str) -> Array:
-    if family == "triangle":
+    if FAMILIES[family].dimension == 2:
         longest = _edge_max(points, cells, family)
         return 2 * _content(points, cells, family) / longest
-    normals = geometry.facet_normals(points, cells, family)
-    return 6 * _content(points, cells, family) / geometry.norms(normals).max(axis=1, initial=0.0)
+    normals = facet_normals(points, cells, family)
+    return 6 * _content(points, cells, family) / norms(normals).max(axis=1, initial=0.0)
 
 
 def _corners(points: Array, cells: Array) -> Array:
@@ -164,7 +165,7 @@ def _corners(points: Array, cells: Array) -> Array:
     corners = points[cells]
     a = np.roll(corners, -1, axis=1) - corners
     b = np.roll(corners, 1, axis=1) - corners
-    return np.degrees(np.arctan2(geometry.norms(np.cross(a, b)), (a * b).sum(axis=-1)))
+    return np.degrees(np.arctan2(norms(np.cross(a, b)), (a * b).sum(axis=-1)))
 
 
 def _corner_min(points: Array, cells: Array, family: str) -> Array:
@@ -175,24 +176,12 @@ def _corner_max(points: Array, cells: Array, family: str) -> Array:
     return _corners(points, cells).max(axis=1, initial=0.0)
 
 
-def _dihedral_cosines(points: Array, cells: Array, family: str) -> Array:
-    """Cosines of the dihedral angles of solids (Definition 18.1)."""
-    normals = geometry.facet_normals(points, cells, family)
-    normals /= geometry.norms(normals)[..., None]
-    one, other = geometry.HINGES[family].T
-    return -np.einsum("nij,nij->ni", normals[:, one], normals[:, other])
-
-
 def _dihedral_min(points: Array, cells: Array, family: str) -> Array:
-    return _degrees(_dihedral_cosines(points, cells, family).max(axis=1, initial=-1.0))
+    return np.degrees(dihedral_angles(points, cells, family).min(axis=1, initial=np.pi))
 
 
 def _dihedral_max(points: Array, cells: Array, family: str) -> Array:
-    return _degrees(_dihedral_cosines(points, cells, family).min(axis=1, initial=1.0))
-
-
-def _degrees(cosine: Array) -> Array:
-    return np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
+    return np.degrees(dihedral_angles(points, cells, family).max(axis=1, initial=0.0))
 
 
 @dataclass(frozen=True)
@@ -213,9 +202,10 @@ class Quantity:
     power: int | None = 0
 
 
-SIMPLICES = ("triangle", "tetra")
-PLANE = ("triangle", "quad")
-SOLIDS = tuple(geometry.CORNERS)
+MEASURED = SIMPLICES[2:]  # what has a quality
+PLANE, SOLIDS = (
+    tuple(name for name, family in FAMILIES.items() if family.dimension == d) for d in (2, 3)
+)
 
 # Angles in degrees; lengths, areas and volumes in the unit of the file.
 QUANTITIES: dict[str, Quantity] = {
@@ -225,6 +215,6 @@ QUANTITIES: dict[str, Quantity] = {
     "corner-max": Quantity(_corner_max, PLANE),
     "edge-min": Quantity(_edge_min, PLANE + SOLIDS, 1),
     "edge-max": Quantity(_edge_max, PLANE + SOLIDS, 1),
-    "height-min": Quantity(_height_min, SIMPLICES, 1),
+    "height-min": Quantity(_height_min, MEASURED, 1),
     "content": Quantity(_content, PLANE + SOLIDS, None),
 }

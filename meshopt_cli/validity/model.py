@@ -1,14 +1,14 @@
-"""What a rule is and what it finds: the table `RULES` and the values its rows give."""
+"""What a rule is and what it finds: the rows of the table of rules and the values they give."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import ConfigError
 from ..mesh.model import Array, Mesh
+from .examination import Examination
 from .study import Study, n_corners
 
 ERROR = "error"
@@ -83,7 +83,7 @@ class Places:
 
 @dataclass(frozen=True)
 class Rule:
-    """A row of `RULES`.
+    """A row of `rules.RULES`.
 
     Attributes
     ----------
@@ -97,7 +97,7 @@ class Rule:
         Section of the book, or nothing.
     fix : str
         What to do about it, one line.
-    find : function of a Study
+    find : function of an Examination
     cost : str
         `ARRAYS`: a few passes over arrays; `SEARCH`: a search in space besides.
     on_request : bool
@@ -110,7 +110,7 @@ class Rule:
     explanation: str
     source: str
     fix: str
-    find: Callable[[Study], Places]
+    find: Callable[[Examination], Places]
     cost: str = ARRAYS
     on_request: bool = False
 
@@ -190,9 +190,6 @@ class Report:
         return tuple(group.code for group in self.groups)
 
 
-RULES: dict[str, Rule] = {}
-
-
 def rule(
     code: str,
     severity: str,
@@ -203,49 +200,13 @@ def rule(
     source: str = "",
     cost: str = ARRAYS,
     on_request: bool = False,
-) -> Callable[[Callable[[Study], Places]], Callable[[Study], Places]]:
-    """Put a function into the table of rules."""
+) -> Callable[[Callable[[Examination], Places]], Rule]:
+    """Make a rule of a function, a row of `rules.RULES`."""
 
-    def enter(find: Callable[[Study], Places]) -> Callable[[Study], Places]:
-        RULES[code] = Rule(code, severity, title, explanation, source, fix, find, cost, on_request)
-        return find
+    def made(find: Callable[[Examination], Places]) -> Rule:
+        return Rule(code, severity, title, explanation, source, fix, find, cost, on_request)
 
-    return enter
-
-
-def choose(
-    select: Iterable[str] = (), ignore: Iterable[str] = (), extend: Iterable[str] = ()
-) -> list[Rule]:
-    """The rules that codes and prefixes stand for, in the order of their codes.
-
-    Parameters
-    ----------
-    select : iterable of str
-        Nothing means all that are not on request.
-    ignore : iterable of str
-        What is left out of those.
-    extend : iterable of str
-        What is looked for besides.
-
-    Raises
-    ------
-    ConfigError
-        A code or prefix that no rule has.
-    """
-    kept, dropped, more = _matching(select), _matching(ignore), _matching(extend)
-    if not kept:
-        kept = {code for code, row in RULES.items() if not row.on_request}
-    return [RULES[code] for code in sorted((kept | more) - dropped)]
-
-
-def _matching(prefixes: Iterable[str]) -> set[str]:
-    matching: set[str] = set()
-    for prefix in prefixes:
-        codes = {code for code in RULES if prefix and code.startswith(prefix.upper())}
-        if not codes:
-            raise ConfigError(f"no rule has the code {prefix!r}; there are {', '.join(RULES)}")
-        matching |= codes
-    return matching
+    return made
 
 
 def _where(

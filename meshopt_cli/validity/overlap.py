@@ -10,24 +10,26 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from . import contact, geometry
-from .geometry import MANY, Array, Pairs
+from ..cells import FAMILIES, SIMPLICES
+from ..mesh.adjacency import same_direction
+from ..mesh.model import Array
+from ..mesh.sizes import chunks
+from .boxes import bounding, extents, grid_widths, near_any, overlapping
+from .examination import Examination
+from .geometry import Pairs
+from .study import MANY, CellSet, FacetSet
 
-if TYPE_CHECKING:
-    from .study import CellSet, Study
-
-FLAT_SIDED = {"triangle", "quad", "tetra"}
+FLAT_SIDED = {name for name, family in FAMILIES.items() if family.has_flat_facets}
 WARP = 1e-3  # parts of cells with warped faces may reach this part of their size into others
 DOUBT = 1e4  # pairs less deep in each other than so many tolerances are looked at exactly
 MOST_EXACT = 500
 MOST_FOUND = 20_000
 
 
-def overlapping_cells(study: Study) -> Pairs:
+def overlapping_cells(study: Examination) -> Pairs:
     """Numbers of cells that overlap, the later and the earlier ones, each pair once.
 
     The search ends after `MOST_FOUND` pairs, which only meshes reach whose cells lie across each
@@ -73,7 +75,7 @@ def overlapping_cells(study: Study) -> Pairs:
     return found[0], found[1]
 
 
-def _neighbours(study: Study, families: set[str]) -> Array:
+def _neighbours(study: Examination, families: set[str]) -> Array:
     """Keys of the pairs of cells with a facet in common, if there are any with warped faces."""
     keys = [np.empty(0, np.int64)]
     if not families <= FLAT_SIDED:
@@ -86,11 +88,11 @@ def _neighbours(study: Study, families: set[str]) -> Array:
     return np.concatenate(keys)
 
 
-def _pair_keys(study: Study, one: Array, other: Array) -> Array:
+def _pair_keys(study: Examination, one: Array, other: Array) -> Array:
     return np.minimum(one, other) * study.n_cells + np.maximum(one, other)
 
 
-def _good(study: Study, group: CellSet) -> CellSet:
+def _good(study: Examination, group: CellSet) -> CellSet:
     """The cells whose own shape is not wrong, nor that of one at their vertices.
 
     Around a cell that is inverted, the others overlap because of it.
@@ -112,13 +114,15 @@ def _rows_in(group: CellSet, numbers: Array) -> Array:
     return np.where(group.numbers[row] == numbers, row, -1)
 
 
-def _candidates(study: Study, points: Array, noise: Array, sets: list[CellSet]) -> Iterator[Pairs]:
+def _candidates(
+    study: Examination, points: Array, noise: Array, sets: list[CellSet]
+) -> Iterator[Pairs]:
     """Numbers of cells with a boundary facet, and of the cells whose boxes meet this facet's."""
     lows, highs, owners = [], [], []
     for facets in study.distinct_facets:
         rows = np.concatenate([facets.alone(), _doubtful(study, facets)])
         rows = rows[~study.explained[facets.owners[rows]]]
-        low, high = contact.boxes(points, noise, facets.rows[rows], study.touch)
+        low, high = bounding(points, noise, facets.rows[rows], study.touch)
         lows.append(low)
         highs.append(high)
         owners.append(facets.owners[rows])
@@ -126,21 +130,21 @@ def _candidates(study: Study, points: Array, noise: Array, sets: list[CellSet]) 
         return
     low, high, owner = np.concatenate(lows), np.concatenate(highs), np.concatenate(owners)
     all_numbers = np.concatenate([group.numbers for group in sets])
-    boxes = [contact.boxes(points, noise, group.cells, 0.0) for group in sets]
+    boxes = [bounding(points, noise, group.cells, 0.0) for group in sets]
     cell_low = np.concatenate([pair[0] for pair in boxes])
     cell_high = np.concatenate([pair[1] for pair in boxes])
-    near = contact.near_any(low, high, cell_low, cell_high)
+    near = near_any(low, high, cell_low, cell_high)
     cell_low, cell_high, all_numbers = cell_low[near], cell_high[near], all_numbers[near]
     cubes = _cubes(cell_low, cell_high)
-    for facet, cell in contact.overlapping(low, high, cell_low, cell_high, cubes):
+    for facet, cell in overlapping(low, high, cell_low, cell_high, cubes):
         apart = owner[facet] != all_numbers[cell]
         yield owner[facet[apart]], all_numbers[cell[apart]]
     # Facets that are larger than the cells near them, which that search left out.
-    width = contact.grid_widths(cubes)[0]
+    width = grid_widths(cubes)[0]
     size = (high - low).max(axis=1)
     large = np.flatnonzero(size > width.min(initial=np.inf))
     low, high, owner, size = low[large], high[large], owner[large], size[large]
-    for cell, facet in contact.overlapping(cell_low, cell_high, low, high, _cubes(low, high)):
+    for cell, facet in overlapping(cell_low, cell_high, low, high, _cubes(low, high)):
         apart = (owner[facet] != all_numbers[cell]) & (size[facet] > width[cell])
         yield owner[facet[apart]], all_numbers[cell[apart]]
 
@@ -149,10 +153,10 @@ def _cubes(low: Array, high: Array) -> Array:
     return np.broadcast_to((high - low).max(axis=1, keepdims=True, initial=0.0), low.shape)
 
 
-def _doubtful(study: Study, facets) -> Array:
+def _doubtful(study: Examination, facets: FacetSet) -> Array:
     """Rows of facets inside where the cells on both sides may still overlap."""
     one, other = facets.pairs()
-    same = geometry.same_direction(facets.rows[one], facets.rows[other])
+    same = same_direction(facets.rows[one], facets.rows[other])
     moot = study.explained[facets.owners[one]] | study.explained[facets.owners[other]]
     odd = np.concatenate([one[same | moot], other[same | moot]])
     crowded = np.repeat(facets.count > 2, facets.count)
@@ -160,7 +164,7 @@ def _doubtful(study: Study, facets) -> Array:
 
 
 def _overlap(
-    study: Study,
+    study: Examination,
     points: Array,
     one: Array,
     other: Array,
@@ -177,7 +181,7 @@ def _overlap(
     """
     tables = axes_of(families[0]), axes_of(families[1])
     hit = []
-    for rows in geometry.chunks(len(one)):
+    for rows in chunks(len(one)):
         a, b, allowed = one[rows], other[rows], limit[rows]
         if study.n_cells >= MANY and points.shape[1] == 3:
             depth = _compiled_depths(points, a, b, allowed, tables)
@@ -205,7 +209,7 @@ def _parts_overlap(
     face in the same way for both of its cells.
     """
     found = np.zeros(len(a), dtype=bool)
-    tables = axes_of("tetra"), axes_of("tetra")
+    tables = axes_of(SIMPLICES[3]), axes_of(SIMPLICES[3])
     step = 64
     for first in range(0, len(a), step):
         rows = slice(first, first + step)
@@ -225,19 +229,18 @@ def _parts_overlap(
 def _divided(points: Array, cells: Array, family: str) -> Array:
     """Tetrahedra that solids are divided into, (n, m, 4, 3)."""
     corners = points[cells]
-    if family == "tetra":
+    if FAMILIES[family].is_simplex:
         return corners[:, None]
     middle = corners.mean(axis=1)
     tets = []
-    for width, table in geometry.FACETS[family].items():
-        for facet in table:
-            face = corners[:, facet]
-            centre = face.mean(axis=1)
-            if width == 3:
-                tets.append(np.stack([*face.transpose(1, 0, 2), middle], axis=1))
-                continue
-            for k in range(width):
-                following = face[:, (k + 1) % width]
+    for facet in (facet for table in FAMILIES[family].facets for facet in table):
+        face = corners[:, facet]
+        centre = face.mean(axis=1)
+        if len(facet) == 3:
+            tets.append(np.stack([*face.transpose(1, 0, 2), middle], axis=1))
+        else:
+            for k in range(len(facet)):
+                following = face[:, (k + 1) % len(facet)]
                 tets.append(np.stack([face[:, k], following, centre, middle], axis=1))
     return np.stack(tets, axis=1)
 
@@ -254,7 +257,7 @@ def _greatest(values: Array, cells: Array) -> Array:
 
 def _sizes(points: Array, cells: Array) -> Array:
     """Greatest extent of each cell along an axis."""
-    low, high = contact.extents(points, cells)
+    low, high = extents(points, cells)
     return (high - low).max(axis=1, initial=0.0)
 
 
@@ -263,15 +266,15 @@ def axes_of(family: str) -> Pairs:
 
     In the plane, the edges are the facets.
     """
-    if family in ("triangle", "quad"):
-        return np.empty((0, 3), np.int64), geometry.EDGES[family]
-    triangles = [
-        facet[corners]
-        for width, table in geometry.FACETS[family].items()
-        for facet in table
-        for corners in ([[0, 1, 2]] if width == 3 else [[0, 1, 2], [0, 2, 3], [0, 1, 3], [1, 2, 3]])
-    ]
-    return np.array(triangles), geometry.EDGES[family]
+    row = FAMILIES[family]
+    if row.dimension == 2:
+        return np.empty((0, 3), np.int64), row.edges
+    triangles = []
+    for table in row.facets:
+        name = "triangle" if table.shape[1] == 3 else "quad"
+        halves = np.concatenate(FAMILIES[name].partitions)
+        triangles.append(np.take(table, halves, axis=1).reshape(-1, 3))
+    return np.concatenate(triangles), row.edges
 
 
 def _directions(d: int, tables: tuple[Pairs, Pairs]) -> Iterator[tuple]:

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..mesh.model import Array
 from . import geometry
-from .geometry import Array
-
-if TYPE_CHECKING:
-    from .study import Study
+from .study import Study
 
 
 @dataclass(frozen=True)
@@ -58,7 +55,9 @@ def _shape_of_solids(study: Study, shape: Shape) -> Shape:
 def _shape_in_plane(study: Study, shape: Shape) -> Shape:
     assert study.plane is not None
     points, noise, normal = study.plane
-    found = [geometry.triangle_areas(points, noise, group.cells) for group in study.cell_sets]
+    found = [
+        geometry.corner_areas(points, noise, group.cells, group.family) for group in study.cell_sets
+    ]
     families = {group.family for group in study.cell_sets if len(group.cells)}
     # A plane of triangles may be seen from either side; a quad that runs clockwise in the
     # plane of x and y is negative by definition (Figure 18.5).

@@ -1,43 +1,27 @@
-"""A mesh under examination: what several rules of `check` need, each found once."""
+"""A mesh under examination, as far as it is a matter of arrays: sound cells, facets, the plane."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
+from ..cells import FAMILIES, SIMPLICES, Family, dimension_of, family_of
 from ..mesh.adjacency import row_ids
-from ..mesh.model import Array, Block, Mesh, dimension_of
-from . import contact, geometry
-from .boundary import Domain, domain_of
-from .coincidence import first_points
-from .limits import NO_GATES, Gates
-from .shape import Shape, shape_of
+from ..mesh.model import Array, Block, Mesh, top_blocks
+from ..mesh.plane import plane_of, precision_of
+from ..mesh.sizes import contents
 
 TOUCH = 1e-7  # a vertex nearer to a facet than this fraction of its longest edge lies on it
-
-# Dimension and count of corners of each family of cell types.
-FAMILIES = {
-    "vertex": (0, 1),
-    "line": (1, 2),
-    "triangle": (2, 3),
-    "quad": (2, 4),
-    "tetra": (3, 4),
-    "pyramid": (3, 5),
-    "wedge": (3, 6),
-    "hexahedron": (3, 8),
-}
-
-
-def family_of(block: Block) -> str:
-    """Type of the cells of a block without its order: "tetra" for "tetra10"."""
-    return block.type.rstrip("0123456789")
+MANY = 100_000  # cells from which on compiled code is worth its start
 
 
 def n_corners(block: Block) -> int:
     """How many vertices of its cells are corners; all of them in types not known."""
-    return FAMILIES.get(family_of(block), (0, np.shape(block.cells)[-1]))[1]
+    family = family_of(block.type)
+    return np.shape(block.cells)[-1] if family is None else family.n_corners
 
 
 @dataclass(frozen=True)
@@ -81,8 +65,17 @@ class FacetSet:
         return self.order[start], self.order[start + 1]
 
 
+class InPlane(NamedTuple):
+    """Points in the plane of a planar mesh: coordinates (np, 2), their noise (np,), and the axis
+    that the plane is normal to, seen from where it points to; -1 for an inclined plane."""
+
+    points: Array
+    noise: Array
+    normal: int
+
+
 class Study:
-    """A mesh under examination, with all that several rules need, found once.
+    """A mesh under examination: what there is to know of it before any rule is looked at.
 
     Cells are numbered through all blocks. "Sound" cells have existing, different vertices
     with finite coordinates; only those of the top dimension are looked at by most rules.
@@ -91,22 +84,19 @@ class Study:
     Parameters
     ----------
     mesh : Mesh
-    gates : Gates
-        Limits that the user sets.
     tolerance : float, optional
         Points nearer than this part of the extent of the mesh coincide, and a vertex nearer to
         a facet than this part of its longest edge lies on it. Left out, both follow from the
         precision of the coordinates.
     """
 
-    def __init__(self, mesh: Mesh, gates: Gates = NO_GATES, tolerance: float | None = None) -> None:
+    def __init__(self, mesh: Mesh, tolerance: float | None = None) -> None:
         self.mesh = mesh
-        self.gates = gates
         self.tolerance = tolerance
         self.touch = TOUCH if tolerance is None else tolerance
         raw = np.asarray(mesh.points)
         self.n_points = len(raw)
-        self.eps = float(np.finfo(raw.dtype if raw.dtype.kind == "f" else float).eps)
+        self.eps = precision_of(raw)
         points = np.zeros((self.n_points, 3))
         columns = min(raw.shape[1], 3) if raw.ndim == 2 else 0
         points[:, :columns] = raw[:, :columns] if columns else 0
@@ -126,8 +116,8 @@ class Study:
     @cached_property
     def dimension(self) -> int:
         """Greatest dimension of the cells, -1 if there are none."""
-        rows = (FAMILIES.get(family_of(b), (-1,))[0] for b in self.mesh.blocks if len(b.cells))
-        return max(rows, default=-1)
+        families = (family_of(b.type) for b in self.mesh.blocks if len(b.cells))
+        return max((family.dimension for family in families if family), default=-1)
 
     @cached_property
     def out_of_range(self) -> Array:
@@ -145,9 +135,8 @@ class Study:
         """Which cells of the top dimension have one vertex twice."""
         result = np.zeros(self.n_cells, dtype=bool)
         for family, cells, numbers in self._top():
-            k = FAMILIES[family][1]
-            columns = [np.ascontiguousarray(cells[:, i]) for i in range(k)]
-            for i in range(k):
+            columns = [np.ascontiguousarray(cells[:, i]) for i in range(family.n_corners)]
+            for i in range(family.n_corners):
                 for j in range(i):
                     result[numbers] |= columns[i] == columns[j]
         return result
@@ -157,7 +146,7 @@ class Study:
         """Which points are vertices of a cell, a mere vertex not counted."""
         used = np.zeros(self.n_points, dtype=bool)
         for block in self.mesh.blocks:
-            if family_of(block) != "vertex":
+            if block.type != SIMPLICES[0]:
                 rows = np.asarray(block.cells).ravel()
                 used[rows[(rows >= 0) & (rows < self.n_points)]] = True
         return used
@@ -168,22 +157,23 @@ class Study:
         parts: dict[str, list[tuple[Array, Array]]] = {}
         for family, cells, all_numbers in self._top():
             sound = ~(self.out_of_range[all_numbers] | self.repeated[all_numbers])
-            numbers, corners = all_numbers[sound], cells[sound, : FAMILIES[family][1]]
+            numbers, corners = all_numbers[sound], cells[sound, : family.n_corners]
             if not self.finite.all():
                 sound = self.finite[corners].all(axis=1)
                 numbers, corners = numbers[sound], corners[sound]
-            parts.setdefault(family, []).append((corners, numbers))
+            parts.setdefault(family.name, []).append((corners, numbers))
         return [CellSet(family, *_joined(rows)) for family, rows in parts.items()]
 
-    def _top(self) -> list[tuple[str, Array, Array]]:
+    def _top(self) -> list[tuple[Family, Array, Array]]:
         """Family, cells and numbers of the blocks of the top dimension, from 2 on."""
-        return [
-            (family_of(block), np.asarray(block.cells), np.arange(first, first + len(block.cells)))
-            for block, first in zip(self.mesh.blocks, self.offsets, strict=False)
-            if self.dimension >= 2
-            and FAMILIES.get(family_of(block), (-1,))[0] == self.dimension
-            and np.shape(block.cells)[-1] >= n_corners(block)
-        ]
+        found = []
+        for block, first in zip(self.mesh.blocks, self.offsets, strict=False):
+            family, cells = family_of(block.type), np.asarray(block.cells)
+            if family is None or family.dimension != self.dimension or self.dimension < 2:
+                continue
+            if np.shape(cells)[-1] >= family.n_corners:
+                found.append((family, cells, np.arange(first, first + len(cells))))
+        return found
 
     @cached_property
     def facet_sets(self) -> list[FacetSet]:
@@ -194,9 +184,8 @@ class Study:
     def is_whole(self) -> bool:
         """Whether all cells of the top dimension are sound, of types whose facets are known."""
         n_sound = sum(len(group.numbers) for group in self.cell_sets)
-        top = [b for b in self.mesh.blocks if len(b.cells) and dimension_of(b.type) >= 2]
-        greatest = max((dimension_of(b.type) for b in top), default=-1)
-        return n_sound == sum(len(b.cells) for b in top if dimension_of(b.type) == greatest)
+        n_top = sum(len(b.cells) for b in top_blocks(self.mesh) if dimension_of(b.type) >= 2)
+        return n_sound == n_top
 
     @cached_property
     def distinct_sets(self) -> list[CellSet]:
@@ -215,27 +204,23 @@ class Study:
         return facets_of(self.distinct_sets, self.n_points)
 
     @cached_property
-    def plane(self) -> tuple[Array, Array, int] | None:
-        """Coordinates in the plane of a planar mesh, their noise, the axis it is normal to."""
-        used = np.zeros(self.n_points, dtype=bool)
-        for group in self.cell_sets:
-            used[group.cells.ravel()] = True
-        if self.dimension != 2 or not used.any():
+    def plane(self) -> InPlane | None:
+        """The points in the plane of a planar mesh; None if it is not planar."""
+        sets = [group for group in self.cell_sets if len(group.cells)]
+        if self.dimension != 2 or not sets:
             return None
         if self.in_two:
-            return self.points[:, :2], self.noise, 2
-        points = self.points[used]
-        relative = max(1e-6, 100 * self.eps)
-        tolerance = relative * np.ptp(points, axis=0).max() + self.noise[used].max()
-        plane = geometry.plane_of(points, tolerance)
-        if plane is None:
+            return InPlane(self.points[:, :2], self.noise, 2)
+        halves = [g.cells[:, FAMILIES[g.family].partitions[0]].reshape(-1, 3) for g in sets]
+        frame = plane_of(self.points, np.concatenate(halves), self.eps)
+        if frame is None:
             return None
-        axes, normal = plane
-        if normal < 0:
-            return (self.points - points.mean(axis=0)) @ axes, self.noise, normal
+        frame = frame.upright()
+        flat = frame.flatten(self.points)[:, :2]
+        if not frame.is_exact:
+            return InPlane(flat, self.noise, frame.normal_axis)
         # How far the plane is from the origin does not matter.
-        flat = self.points[:, np.argmax(axes, axis=0)]
-        return flat, 4 * self.eps * np.abs(flat).max(axis=1), normal
+        return InPlane(flat, 4 * self.eps * np.abs(flat).max(axis=1), frame.normal_axis)
 
     @cached_property
     def flat_points(self) -> Array:
@@ -243,17 +228,6 @@ class Study:
         if self.plane is None:
             return self.points
         return np.column_stack([self.plane[0], np.zeros(self.n_points)])
-
-    @cached_property
-    def simplices(self) -> list[CellSet]:
-        """The sound tetrahedra, or the triangles of a planar mesh."""
-        measured = {"tetra"} if self.plane is None else {"triangle"}
-        return [one for one in self.cell_sets if one.family in measured]
-
-    @cached_property
-    def shape(self) -> Shape:
-        """What the volumes, or the areas, of all sound cells say."""
-        return shape_of(self)
 
     @cached_property
     def duplicates(self) -> tuple[Array, Array]:
@@ -282,44 +256,7 @@ class Study:
     @cached_property
     def contents(self) -> list[Array]:
         """Signed volume, or area in the plane, of the cells of each of `distinct_sets`."""
-        return [geometry.contents(self.centred, g.cells, g.family) for g in self.distinct_sets]
-
-    @cached_property
-    def domain(self) -> Domain:
-        """The boundary of the mesh, and the cells that are missing."""
-        return domain_of(self)
-
-    @cached_property
-    def hanging(self) -> tuple[Array, Array]:
-        """Vertices that lie on a facet without being its vertices, and the cells of these."""
-        return contact.hanging_nodes(self)
-
-    @cached_property
-    def cracks(self) -> tuple[Array, Array]:
-        """Numbers of the cells of boundary facets that coincide."""
-        return contact.cracks(self)
-
-    @cached_property
-    def explained(self) -> Array:
-        """Mask of the cells whose own shape is found wrong, so that more about them is moot."""
-        return self.shape.inverted | self.shape.flat | (self.shape.quads > 0)
-
-    @cached_property
-    def disagreeing(self) -> tuple[Array, Array]:
-        """Numbers of the cells that run round a common facet in the same direction."""
-        ones, others = [], []
-        for facets in self.facet_sets:
-            one, other = facets.pairs()
-            same = geometry.same_direction(facets.rows[one], facets.rows[other])
-            ones.append(facets.owners[one[same]])
-            others.append(facets.owners[other[same]])
-        none = np.empty(0, dtype=np.int64)
-        return np.concatenate([none, *ones]), np.concatenate([none, *others])
-
-    @cached_property
-    def first_points(self) -> Array:
-        """The first point in the same place as each point, itself if there is no other."""
-        return first_points(self)
+        return [contents(self.centred, g.cells, g.family) for g in self.distinct_sets]
 
     def corners_of(self, numbers: Array) -> Array:
         """Corners of sound cells, (n, 8) int64, -1 where there are fewer."""
@@ -341,7 +278,8 @@ def facets_of(cell_sets: list[CellSet], n_points: int) -> list[FacetSet]:
     """The facets of some cells, by their number of vertices."""
     parts: dict[int, list[tuple[Array, Array]]] = {}
     for group in cell_sets:
-        for width, table in geometry.FACETS[group.family].items():
+        for table in FAMILIES[group.family].facets:
+            width = table.shape[1]
             rows = np.take(group.cells, table, axis=1).reshape(-1, width)
             parts.setdefault(width, []).append((rows, np.repeat(group.numbers, len(table))))
     sets = []

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from meshopt_cli.kernels.tables import TET_EDGES
+from meshopt_cli.cells import TET_EDGES
 from meshopt_cli.kernels.types import (
     APPLIED,
     FIXED,

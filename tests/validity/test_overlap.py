@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from meshopt_cli.validity import check, geometry, overlap
-from meshopt_cli.validity.study import Study
+from meshopt_cli.mesh.sizes import contents
+from meshopt_cli.validity import check, overlap
+from meshopt_cli.validity.examination import Examination
 from support.broken import CORNER, CUBE, PRISM, PYRAMID
 from support.edits import shifted, together
 from support.meshes import hex_grid, mesh, tet_grid, tri_grid
@@ -107,14 +108,14 @@ def test_parts_side_by_side_do_not(grid, gap):
 
 def test_many_cells_take_the_compiled_way(monkeypatch):
     of = together(tet_grid(3), shifted(tet_grid(3), 0.1, 0.2, 0.3))
-    by_hand = overlap.overlapping_cells(Study(of))
+    by_hand = overlap.overlapping_cells(Examination(of))
     called = []
     compiled = overlap._compiled_depths
     monkeypatch.setattr(overlap, "MANY", 1)
     monkeypatch.setattr(
         overlap, "_compiled_depths", lambda *given: called.append(1) or compiled(*given)
     )
-    np.testing.assert_array_equal(overlap.overlapping_cells(Study(of)), by_hand)
+    np.testing.assert_array_equal(overlap.overlapping_cells(Examination(of)), by_hand)
     assert called
 
 
@@ -130,4 +131,4 @@ def test_parts_of_a_cell_fill_it(family):
     tets = overlap._divided(points, cells, family)[0]
     volume = np.linalg.det(tets[:, 1:] - tets[:, :1]) / 6
     assert (volume < 0).all() or (volume > 0).all()
-    assert abs(volume).sum() == pytest.approx(geometry.contents(points, cells, family)[0])
+    assert abs(volume).sum() == pytest.approx(contents(points, cells, family)[0])

@@ -18,6 +18,7 @@ import math
 
 import numpy as np
 
+from ...cells import TET_FACETS, TRI_FACETS
 from ...compiled.decorators import inlined, kernel
 from ..judge import q_of_edges
 from ..shape.ideal import tet_ideal_height, tet_ideal_point, tri_ideal_point
@@ -27,7 +28,6 @@ from ..shape.simplex import (
     tet_bounded_aspect_ratio,
     tri_aspect_ratio,
 )
-from ..tables import TET_FACETS, TRI_FACETS
 from ..types import Judge, Scratch, SimplexMesh
 from ..vectors import Vec
 

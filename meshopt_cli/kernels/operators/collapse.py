@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...cells import TET_EDGES, TRI_EDGES
 from ...compiled.decorators import entry, kernel
 from ...handles import OUTER
 from ..accept import MEAN, UNCHANGED, is_accepted, lowers_mean, threshold, with_cell, without
@@ -24,7 +25,6 @@ from ..gather.ball import (
 )
 from ..journal import keep
 from ..judge import q_with
-from ..tables import TET_EDGES, TRI_EDGES
 from ..types import (
     APPLIED,
     CLOCK,

@@ -10,11 +10,11 @@ import math
 
 import numpy as np
 
+from ...cells import TET_EDGES, TRI_FACETS
 from ...compiled.decorators import entry, kernel
 from ..cavity import has_room
 from ..gather.shell import is_required, next_around
 from ..guide import FREE
-from ..tables import TET_EDGES, TRI_FACETS
 from ..types import (
     APPLIED,
     FIXED,

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 
+from ...cells import TET_FACETS
 from ...compiled.decorators import kernel
 from ..accept import is_accepted, threshold
 from ..cavity import has_room
 from ..gather.ball import local_index, next_stamp
 from ..gather.shell import is_required
 from ..judge import q_of_tet
-from ..tables import TET_FACETS
 from ..types import APPLIED, FIXED, FULL, INVALID, MAX_SHELL, NOT_BETTER, Scratch, SimplexMesh
 from .swap import SwapPlan, put
 

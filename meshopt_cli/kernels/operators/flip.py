@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from ...cells import TRI_FACETS
 from ...compiled.decorators import entry, kernel
 from ..accept import MEAN, is_accepted, mean_falls
 from ..cavity import link
@@ -12,7 +13,6 @@ from ..gather.ball import touch
 from ..gather.shell import is_required
 from ..journal import keep
 from ..judge import q_of_triangle
-from ..tables import TRI_FACETS
 from ..types import APPLIED, FIXED, INVALID, NOT_BETTER, Scratch, SimplexMesh
 
 

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...cells import TET_EDGES, TET_FACETS, TRI_EDGES, TRI_FACETS
 from ...compiled.decorators import entry, kernel
 from ..accept import UNCHANGED, lowers_mean, with_cell, without
 from ..cavity import has_room, replace_cells
@@ -21,7 +22,6 @@ from ..gather.shell import is_required
 from ..guide import FREE
 from ..journal import keep_vertex
 from ..judge import q_with
-from ..tables import TET_EDGES, TET_FACETS, TRI_EDGES, TRI_FACETS
 from ..types import (
     APPLIED,
     FULL,

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...cells import TET_EDGES, TRI_EDGES
 from ...compiled.decorators import entry, kernel
 from ..accept import FLOOR, STRICT, gained
 from ..cavity import has_room
@@ -26,7 +27,6 @@ from ..journal import (
     worst_before,
 )
 from ..shape.classify import cell_type
-from ..tables import TET_EDGES, TRI_EDGES
 from ..types import APPLIED, FULL, N_POINTS, NOT_BETTER, NOT_LEGAL, Scratch, SimplexMesh
 from ..vectors import rounded
 from .climb import apply_relocation, simulate_climb

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...cells import TET_EDGES
 from ...compiled.decorators import entry, kernel
-from ..tables import TET_EDGES
 from ..types import APPLIED, NOT_BETTER, Scratch, SimplexMesh
 from .flip import apply_flip, simulate_flip
 from .swap import (

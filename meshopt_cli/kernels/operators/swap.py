@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...cells import TET_EDGES, TET_FACETS
 from ...compiled.decorators import entry, inlined, kernel
 from ..accept import (
     FLAT,
@@ -31,7 +32,6 @@ from ..gather.shell import (
     is_required,
 )
 from ..judge import q_of_row, q_of_tet
-from ..tables import TET_EDGES, TET_FACETS
 from ..types import (
     APPLIED,
     FIXED,

@@ -12,8 +12,8 @@ from enum import IntEnum
 
 import numpy as np
 
+from ...cells import TET_EDGES
 from ...compiled.decorators import kernel
-from ..tables import TET_EDGES
 from ..vectors import at, dot, norm, square_distance
 from .angles import tet_normals
 

@@ -1,5 +1,52 @@
-"""The rules: importing this package fills `RULES`, in the order of the codes."""
+"""The rules: a file for each group of codes, and the table of all of them."""
 
-from . import content, shape, conformity, domain, constraint, gates  # isort: skip
+from __future__ import annotations
 
-FILLED = (content, shape, conformity, domain, constraint, gates)
+from collections.abc import Iterable
+
+from ...errors import ConfigError
+from ..model import Rule
+from . import conformity, constraint, content, domain, gates, shape
+
+# In the order of the codes.
+RULES: dict[str, Rule] = {
+    row.code: row
+    for module in (content, shape, conformity, domain, constraint, gates)
+    for row in vars(module).values()
+    if isinstance(row, Rule)
+}
+
+
+def choose(
+    select: Iterable[str] = (), ignore: Iterable[str] = (), extend: Iterable[str] = ()
+) -> list[Rule]:
+    """The rules that codes and prefixes stand for, in the order of their codes.
+
+    Parameters
+    ----------
+    select : iterable of str
+        Nothing means all that are not on request.
+    ignore : iterable of str
+        What is left out of those.
+    extend : iterable of str
+        What is looked for besides.
+
+    Raises
+    ------
+    ConfigError
+        A code or prefix that no rule has.
+    """
+    kept, dropped, more = _matching(select), _matching(ignore), _matching(extend)
+    if not kept:
+        kept = {code for code, row in RULES.items() if not row.on_request}
+    return [RULES[code] for code in sorted((kept | more) - dropped)]
+
+
+def _matching(prefixes: Iterable[str]) -> set[str]:
+    matching: set[str] = set()
+    for prefix in prefixes:
+        codes = {code for code in RULES if prefix and code.startswith(prefix.upper())}
+        if not codes:
+            raise ConfigError(f"no rule has the code {prefix!r}; there are {', '.join(RULES)}")
+        matching |= codes
+    return matching

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..examination import Examination
 from ..model import ERROR, WARNING, Places, at_cells, rule
-from ..study import Study
 
 MOST_OTHERS = 3  # related cells that a finding names at most
 
@@ -17,7 +17,7 @@ MOST_OTHERS = 3  # related cells that a finding names at most
     explanation="Two cells of the same type have the same vertices.",
     fix="Remove the later one; often a file was joined with itself.",
 )
-def find_duplicates(study: Study) -> Places:
+def find_duplicates(study: Examination) -> Places:
     later, earlier = study.duplicates
     return at_cells(study, later, "the cell has the vertices of another", others=earlier[:, None])
 
@@ -29,7 +29,7 @@ def find_duplicates(study: Study) -> Places:
     explanation="Two points, at least one of them in use, are in the same place.",
     fix="Merge them in the program that made the mesh.",
 )
-def find_coincident(study: Study) -> Places:
+def find_coincident(study: Examination) -> Places:
     later = np.flatnonzero(study.first_points != np.arange(study.n_points))
     return Places(
         ("the point is in the place of another",),
@@ -45,7 +45,7 @@ def find_coincident(study: Study) -> Places:
     explanation="A point is no vertex of any cell, or only of one of type vertex.",
     fix="Nothing needs to be done; some solvers refuse such points.",
 )
-def find_unused(study: Study) -> Places:
+def find_unused(study: Examination) -> Places:
     return Places(("the point is not used by any cell",), points=np.flatnonzero(~study.used))
 
 
@@ -57,7 +57,7 @@ def find_unused(study: Study) -> Places:
     source="18.7.1",
     fix="Remove the cell that does not belong there.",
 )
-def find_crowded(study: Study) -> Places:
+def find_crowded(study: Examination) -> Places:
     found = [np.empty((0, MOST_OTHERS + 1), dtype=np.int64)]
     for facets in study.facet_sets:
         crowded = facets.count > 2
@@ -80,7 +80,7 @@ def find_crowded(study: Study) -> Places:
     source="18.7.1",
     fix="Merge the points of a crack; split the cell at a hanging node.",
 )
-def find_hanging(study: Study) -> Places:
+def find_hanging(study: Examination) -> Places:
     vertices, owners = study.hanging
     later, earlier = study.cracks
     return Places(

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...cells import FAMILIES
 from ...mesh.model import Array
-from .. import geometry
+from ..examination import Examination
 from ..model import WARNING, Places, at_cells, rule
-from ..study import Study
 
 FIX = "Optimize with split, which adds a vertex inside, or mesh anew with more cells there."
 
@@ -21,11 +21,11 @@ FIX = "Optimize with split, which adds a vertex inside, or mesh anew with more c
     fix=FIX,
     on_request=True,
 )
-def find_constrained_cells(study: Study) -> Places:
+def find_constrained_cells(study: Examination) -> Places:
     count = np.bincount(study.domain.skin.owners, minlength=study.n_cells)
     simplex = np.zeros(study.n_cells, dtype=bool)
     for group in study.cell_sets:
-        if group.family in ("triangle", "tetra"):
+        if FAMILIES[group.family].is_simplex:
             simplex[group.numbers] = True
     return at_cells(
         study, simplex & (count >= study.dimension), "the boundary has too many facets of the cell"
@@ -41,12 +41,11 @@ def find_constrained_cells(study: Study) -> Places:
     fix=FIX,
     on_request=True,
 )
-def find_constrained_edges(study: Study) -> Places:
+def find_constrained_edges(study: Examination) -> Places:
     bound = _boundary_vertices(study)
     keys, owners, ends = [], [], []
     for group in study.cell_sets:
-        local = geometry.EDGES[group.family]
-        for i, j in local:
+        for i, j in FAMILIES[group.family].edges:
             rows = np.flatnonzero(bound[group.cells[:, i]] & bound[group.cells[:, j]])
             pair = np.sort(group.cells[rows][:, [i, j]], axis=1)
             keys.append(pair[:, 0] * study.n_points + pair[:, 1])
@@ -73,7 +72,7 @@ def find_constrained_edges(study: Study) -> Places:
     fix=FIX,
     on_request=True,
 )
-def find_constrained_faces(study: Study) -> Places:
+def find_constrained_faces(study: Examination) -> Places:
     bound = _boundary_vertices(study)
     ones, others = [np.empty(0, np.int64)], [np.empty(0, np.int64)]
     if study.dimension == 3:
@@ -86,14 +85,14 @@ def find_constrained_faces(study: Study) -> Places:
     return at_cells(study, np.concatenate(ones), message, others=np.concatenate(others)[:, None])
 
 
-def _boundary_vertices(study: Study) -> Array:
+def _boundary_vertices(study: Examination) -> Array:
     bound = np.zeros(study.n_points, dtype=bool)
     rows = study.domain.skin.rows
     bound[rows[rows >= 0]] = True
     return bound
 
 
-def _boundary_edges(study: Study) -> Array:
+def _boundary_edges(study: Examination) -> Array:
     """Keys of the edges in the boundary: the least vertex times their number, and the other."""
     skin = study.domain.skin
     keys = [np.empty(0, np.int64)]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..examination import Examination
 from ..model import ERROR, Places, at_cells, rule
-from ..study import Study
 
 
 @rule(
@@ -15,7 +15,7 @@ from ..study import Study
     explanation="A coordinate of a point is infinite or not a number.",
     fix="Find out what wrote the point: most often a division by zero or a failed export.",
 )
-def find_not_finite(study: Study) -> Places:
+def find_not_finite(study: Examination) -> Places:
     return Places(("a coordinate is not finite",), points=np.flatnonzero(~study.finite))
 
 
@@ -26,7 +26,7 @@ def find_not_finite(study: Study) -> Places:
     explanation="A cell names a point that the file does not hold.",
     fix="Write the file again; check whether its vertices are counted from 0 or from 1.",
 )
-def find_out_of_range(study: Study) -> Places:
+def find_out_of_range(study: Examination) -> Places:
     return at_cells(study, study.out_of_range, "a vertex number is out of range")
 
 
@@ -37,6 +37,6 @@ def find_out_of_range(study: Study) -> Places:
     explanation="A cell has the same vertex at two of its corners.",
     fix="Remove the cell, or write it as the simpler type that it really is.",
 )
-def find_repeated(study: Study) -> Places:
+def find_repeated(study: Examination) -> Places:
     repeated = study.repeated & ~study.out_of_range
     return at_cells(study, repeated, "a vertex is repeated in the cell")

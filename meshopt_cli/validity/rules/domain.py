@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...mesh.adjacency import distinct_rows, row_ids
+from ...cells import dimension_of, family_of
+from ...mesh.adjacency import row_ids
 from ...mesh.model import Array
-from ...mesh.tags import TAG_NAMES
+from ...mesh.tags import regions_of, tags_of
 from .. import boundary
+from ..examination import Examination
 from ..model import ERROR, SEARCH, WARNING, Places, at_cells, rule
 from ..overlap import overlapping_cells
-from ..study import FAMILIES, Study, family_of
 from .pinches import open_sides, pinches
 
 MOST_OTHERS = 3  # related cells that a finding names at most
@@ -29,7 +30,7 @@ def _nowhere() -> Places:
     source="18.7.1",
     fix="Give each sheet of the boundary points of its own, or add the cells that are missing.",
 )
-def find_not_manifold(study: Study) -> Places:
+def find_not_manifold(study: Examination) -> Places:
     if not study.is_whole or not len(study.domain.skin.rows):
         return _nowhere()
     found = pinches(study)
@@ -53,7 +54,7 @@ def find_not_manifold(study: Study) -> Places:
     source="18.7.1",
     fix="Turn one of them; in the plane or in space they lie on the same side of the facet.",
 )
-def find_disagreeing(study: Study) -> Places:
+def find_disagreeing(study: Examination) -> Places:
     one, other = study.disagreeing
     doubtful = study.explained.copy()
     doubtful[study.duplicates[0]] = True
@@ -76,24 +77,24 @@ def find_disagreeing(study: Study) -> Places:
     source="18.7.1",
     fix="Remove it, or add the cell that it bounds; often the cell was deleted.",
 )
-def find_unbound(study: Study) -> Places:
+def find_unbound(study: Examination) -> Places:
     if not study.is_whole or study.dimension < 2:
         return _nowhere()
     unbound = []
     for block, first in zip(study.mesh.blocks, study.offsets, strict=False):
-        dimension, width = FAMILIES.get(family_of(block), (-1, 0))
-        if dimension != study.dimension - 1 or not len(block.cells):
+        family = family_of(block.type)
+        if family is None or family.dimension != study.dimension - 1 or not len(block.cells):
             continue
         numbers = np.arange(first, first + len(block.cells))
         sound = ~study.out_of_range[numbers]
-        rows = np.asarray(block.cells)[sound, :width]
+        rows = np.asarray(block.cells)[sound, : family.n_corners]
         unbound.append(numbers[sound][~_is_facet(study, rows)])
     if not unbound:
         return _nowhere()
     return at_cells(study, np.concatenate(unbound), "the facet bounds no cell")
 
 
-def _is_facet(study: Study, rows: Array) -> Array:
+def _is_facet(study: Examination, rows: Array) -> Array:
     """Which rows of vertices are a facet of a cell."""
     width = rows.shape[1]
     named = np.zeros(study.n_points, dtype=bool)
@@ -115,7 +116,7 @@ def _is_facet(study: Study, rows: Array) -> Array:
     fix="Remove one of the overlapping cells, or mend the geometry that was meshed.",
     cost=SEARCH,
 )
-def find_overlapping(study: Study) -> Places:
+def find_overlapping(study: Examination) -> Places:
     later, earlier = overlapping_cells(study)
     cells, first, count = np.unique(later, return_index=True, return_counts=True)
     step = np.arange(MOST_OTHERS)[None]
@@ -132,7 +133,7 @@ def find_overlapping(study: Study) -> Places:
     source="18.1.1",
     fix="Look at the cells that disagree (M207) or overlap (M209): some lie across others.",
 )
-def find_excess(study: Study) -> Places:
+def find_excess(study: Examination) -> Places:
     if not study.is_whole or not (study.dimension == 3 or study.plane is not None):
         return _nowhere()
     # Cells that are turned over, one by one, say so themselves; a boundary with edges in common
@@ -163,7 +164,7 @@ def find_excess(study: Study) -> Places:
     source="18.7.1",
     fix="Add the cell, or leave it out of the boundary on purpose by a finer mesh around it.",
 )
-def find_missing(study: Study) -> Places:
+def find_missing(study: Examination) -> Places:
     if not study.is_whole or not study.domain.missing:
         return _nowhere()
     cells = np.full((len(study.domain.missing), 4), -1)
@@ -182,7 +183,7 @@ def find_missing(study: Study) -> Places:
     source="18.7.1",
     fix="Give each part points of its own if they move apart, or join them by a facet.",
 )
-def find_touching(study: Study) -> Places:
+def find_touching(study: Examination) -> Places:
     if not study.is_whole or not len(study.domain.skin.rows):
         return _nowhere()
     found = pinches(study)
@@ -207,7 +208,7 @@ def find_touching(study: Study) -> Places:
     source="18.7.1",
     fix="Give the parts tags of their own, if they are not one region on purpose.",
 )
-def find_scattered(study: Study) -> Places:
+def find_scattered(study: Examination) -> Places:
     region = _regions(study)
     if region is None or not study.is_whole:
         return _nowhere()
@@ -230,23 +231,21 @@ def find_scattered(study: Study) -> Places:
     )
 
 
-def _regions(study: Study) -> Array | None:
-    """A number for each combination of tags of the cells of the top dimension; None without."""
-    top = [
-        (block, first)
-        for block, first in zip(study.mesh.blocks, study.offsets, strict=False)
-        if len(block.cells) and FAMILIES.get(family_of(block), (-1,))[0] == study.dimension
+def _regions(study: Examination) -> Array | None:
+    """Region of each cell of the top dimension, another number for all others; None without tags.
+
+    Regions are those that `optimize` keeps: see `mesh.tags`.
+    """
+    mesh, top = study.mesh, study.mesh.dimension()
+    numbered = [
+        (block, np.arange(first, first + len(block.cells)))
+        for block, first in zip(mesh.blocks, study.offsets, strict=False)
+        if len(block.cells) and dimension_of(block.type) == top
     ]
-    names = [n for n in TAG_NAMES if top and all(_is_tag(b.data.get(n)) for b, _ in top)]
-    if not names or study.dimension < 2:
+    blocks = [block for block, _ in numbered]
+    if top < 2 or not tags_of(blocks, mesh.regions):
         return None
-    rows = np.concatenate([np.stack([b.data[n] for n in names], axis=1) for b, _ in top])
-    _, number, _ = distinct_rows(rows)
+    number = regions_of(blocks, mesh.regions)
     region = np.full(study.n_cells, number.max() + 1)
-    at = np.concatenate([np.arange(first, first + len(block.cells)) for block, first in top])
-    region[at] = number
+    region[np.concatenate([numbers for _, numbers in numbered])] = number
     return region
-
-
-def _is_tag(values: Array | None) -> bool:
-    return values is not None and values.ndim == 1 and values.dtype.kind in "iu"

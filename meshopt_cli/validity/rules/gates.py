@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...cells import SIMPLICES
 from ...errors import ConfigError
 from ...mesh.model import Array
 from ...mesh.tags import TAG_NAMES
+from ..examination import Examination
 from ..limits import QUANTITIES, Limit, families_of, measured
 from ..model import ERROR, WARNING, Places, at_cells, rule
-from ..study import Study
 
 
 def _nowhere() -> Places:
@@ -24,7 +25,7 @@ def _nowhere() -> Places:
     source="18.2.1",
     fix="Optimize the mesh, or mesh anew where the boundary forces bad cells.",
 )
-def find_worse(study: Study) -> Places:
+def find_worse(study: Examination) -> Places:
     if study.gates.fail_above is None:
         return _nowhere()
     from ...quality.summary import DEFAULT_MEASURE, measure_named
@@ -42,7 +43,7 @@ def find_worse(study: Study) -> Places:
     source="Definition 18.1",
     fix="Optimize with --measure angle-min or angle-max, or mesh anew around the cell.",
 )
-def find_angles(study: Study) -> Places:
+def find_angles(study: Examination) -> Places:
     return _beyond(study, _limits(study, "M402"))
 
 
@@ -54,7 +55,7 @@ def find_angles(study: Study) -> Places:
     source="18.3.1",
     fix="Optimize with the pass collapse, or mesh anew with a larger size.",
 )
-def find_small(study: Study) -> Places:
+def find_small(study: Examination) -> Places:
     return _beyond(study, _limits(study, "M403"))
 
 
@@ -66,7 +67,7 @@ def find_small(study: Study) -> Places:
     source="18.2.2",
     fix="Optimize by the measure that the gate is put on, or mesh anew around the cell.",
 )
-def find_beyond(study: Study) -> Places:
+def find_beyond(study: Examination) -> Places:
     return _beyond(study, _limits(study, "M404"))
 
 
@@ -79,19 +80,18 @@ def find_beyond(study: Study) -> Places:
     fix="Relocate or swap around it; finite volumes are exact on meshes without such angles only.",
     on_request=True,
 )
-def find_obtuse(study: Study) -> Places:
+def find_obtuse(study: Examination) -> Places:
     # As much as rounding may add to a right angle.
     right = 90.0 + 1e-6
-    name, family = ("dihedral-max", "tetra") if study.dimension == 3 else ("corner-max", "triangle")
-    limits = [Limit(name, False, right)]
-    return _beyond(study, limits, lambda _: "an angle of the cell is obtuse", (family,))
+    limits = [Limit("dihedral-max" if study.dimension == 3 else "corner-max", False, right)]
+    return _beyond(study, limits, lambda _: "an angle of the cell is obtuse", SIMPLICES)
 
 
-def _limits(study: Study, code: str) -> list[Limit]:
+def _limits(study: Examination, code: str) -> list[Limit]:
     return [limit for limit in study.gates.limits if limit.code == code]
 
 
-def _beyond(study: Study, limits: list[Limit], message=None, families=()) -> Places:
+def _beyond(study: Examination, limits: list[Limit], message=None, families=()) -> Places:
     """The cells beyond each of some limits, with one message a limit."""
     points = study.points if study.plane is None or study.in_two else study.flat_points
     numbers, kinds = [np.empty(0, np.int64)], [np.empty(0, np.int64)]
@@ -116,7 +116,7 @@ def _beyond(study: Study, limits: list[Limit], message=None, families=()) -> Pla
     return at_cells(study, found[order], *messages, kinds=np.concatenate(kinds)[order])
 
 
-def _cells_in(study: Study, region: str) -> Array:
+def _cells_in(study: Examination, region: str) -> Array:
     """Mask of the cells of a region, by its name or by a tag.
 
     Raises

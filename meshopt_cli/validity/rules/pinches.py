@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...mesh.adjacency import distinct_rows
+from ...mesh.adjacency import distinct_rows, first_of
 from ...mesh.model import Array
-from .. import boundary, geometry
-from ..study import Study
+from .. import boundary
+from ..examination import Examination
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Pinches:
     joints: Spots
 
 
-def open_sides(study: Study) -> Spots:
+def open_sides(study: Examination) -> Spots:
     """Sides of an odd number of boundary facets, except where a finding says why."""
     skin, sides = study.domain.skin, study.domain.sides
     odd = np.flatnonzero(sides.count % 2 == 1)
@@ -45,7 +45,7 @@ def open_sides(study: Study) -> Spots:
     return Spots(skin.owners[facet][clear], vertex[clear], np.full(int(clear.sum()), -1))
 
 
-def pinches(study: Study) -> Pinches:
+def pinches(study: Examination) -> Pinches:
     """Look for vertices and sides with more than one sheet of boundary."""
     skin, sides = study.domain.skin, study.domain.sides
     corner = 4 * sides.facet + sides.local
@@ -94,7 +94,7 @@ def _first(at: Array, key: Array, owners: Array, vertex: Array) -> Spots:
     return Spots(owners[at], vertex[at], np.full(len(at), -1))
 
 
-def _sheets(study: Study, side: Array) -> Array:
+def _sheets(study: Examination, side: Array) -> Array:
     """A number for each corner of a boundary facet, the same for those of one sheet."""
     skin, sides = study.domain.skin, study.domain.sides
     corner = 4 * sides.facet + sides.local
@@ -103,7 +103,7 @@ def _sheets(study: Study, side: Array) -> Array:
     start = (np.cumsum(count) - count)[count == 2]
     one, other = order[start], order[start + 1]
     if study.dimension == 2:
-        first = geometry.first_of(4 * len(skin.rows), corner[one], corner[other])
+        first = first_of(4 * len(skin.rows), corner[one], corner[other])
         return first[corner]
     # An edge joins the corners at both of its ends.
     ends = [corner, 4 * sides.facet + (sides.local + 1) % skin.width[sides.facet]]
@@ -113,7 +113,7 @@ def _sheets(study: Study, side: Array) -> Array:
         (ends[0][one], np.where(flipped, ends[1][other], ends[0][other])),
         (ends[1][one], np.where(flipped, ends[0][other], ends[1][other])),
     ]
-    first = geometry.first_of(
+    first = first_of(
         4 * len(skin.rows),
         np.concatenate([a for a, _ in links]),
         np.concatenate([b for _, b in links]),
@@ -127,7 +127,7 @@ def _is_single(vertex: Array, sheet: Array) -> bool:
     return bool((np.diff(pairs[:, 0]) != 0).all())
 
 
-def _moot(study: Study) -> Array:
+def _moot(study: Examination) -> Array:
     """Mask of the points where other rules say already that cells do not fit together."""
     moot = study.first_points != np.arange(study.n_points)
     moot[study.first_points[moot]] = True

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..examination import Examination
 from ..model import ERROR, Places, at_cells, rule
-from ..study import Study
 
 
 @rule(
@@ -16,7 +16,7 @@ from ..study import Study
     source="18.1.1, 18.1.2",
     fix="Untangle: optimize moves and swaps inverted cells if their neighbours allow it.",
 )
-def find_inverted(study: Study) -> Places:
+def find_inverted(study: Examination) -> Places:
     numbers = np.flatnonzero(study.shape.inverted)
     return at_cells(
         study,
@@ -35,7 +35,7 @@ def find_inverted(study: Study) -> Places:
     source="Remark 18.3",
     fix="Optimize: swaps and collapses remove flat cells; or remove them where they were added.",
 )
-def find_flat(study: Study) -> Places:
+def find_flat(study: Examination) -> Places:
     return at_cells(study, study.shape.flat, "the cell is flat")
 
 
@@ -47,7 +47,7 @@ def find_flat(study: Study) -> Places:
     source="18.1.2",
     fix="Let optimize turn all cells, or change the order of vertices where the file is written.",
 )
-def find_turned(study: Study) -> Places:
+def find_turned(study: Examination) -> Places:
     n = 1 if study.shape.turned else 0
     return Places(("every cell has the other orientation",), cells=np.full((n, 2), -1))
 
@@ -60,7 +60,7 @@ def find_turned(study: Study) -> Places:
     source="18.1.3, Figure 18.5",
     fix="Smooth the mesh, or split the quad in two triangles.",
 )
-def find_bad_quads(study: Study) -> Places:
+def find_bad_quads(study: Examination) -> Places:
     numbers = np.flatnonzero(study.shape.quads)
     return at_cells(
         study,
