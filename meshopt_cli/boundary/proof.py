@@ -9,7 +9,8 @@ from ..errors import InvariantError
 from ..mesh import adjacency
 from ..mesh.cast import Simplices
 from ..mesh.sizes import contents
-from .sliding import FIXED, LINE, Slide
+from .patches import FIXED, LINE, Patches
+from .redeclare import homes
 
 Array = np.ndarray
 
@@ -17,14 +18,14 @@ Array = np.ndarray
 VOLUME_TOLERANCE = 1e-9
 
 
-def prove(
+def prove_fixed(
     before: Simplices,
     after: Simplices,
     points_before: Array,
     points_after: Array,
     origin: Array,
 ) -> None:
-    """Compare the domain of a result, as it will be written, with that of the input.
+    """Compare the boundary of a result, as it will be written, with that of the input.
 
     Parameters
     ----------
@@ -38,15 +39,21 @@ def prove(
     InvariantError
         The boundary or an interface changed.
     """
-    n_points = len(before.points)
-    skin = adjacency.canonical(before.skin, n_points)
-    if not np.array_equal(skin, adjacency.canonical(origin[after.skin], n_points)):
+    if not _are_the_same(before.skin, origin[after.skin], len(before.points)):
         raise InvariantError("the facets of the boundary or of an interface changed")
     skin = adjacency.distinct(before.skin)
     number = np.full(len(before.points), -1)
     number[origin[origin >= 0]] = np.flatnonzero(origin >= 0)
     if not np.array_equal(points_before[skin], points_after[number[skin]]):
         raise InvariantError("a vertex of the boundary moved")
+
+
+def _are_the_same(facets: Array, others: Array, n_points: int) -> bool:
+    """Whether facets are the same as others, turned in any way and in any order."""
+    if len(facets) != len(others) or others.min(initial=0) < 0:
+        return False
+    one, other = (adjacency.canonical(rows, n_points) for rows in (facets, others))
+    return np.array_equal(one, other)
 
 
 def prove_volumes(before: Simplices, after: Simplices, tolerance: float = 0.0) -> None:
@@ -69,17 +76,13 @@ def prove_volumes(before: Simplices, after: Simplices, tolerance: float = 0.0) -
         raise InvariantError("the volume of a region changed")
 
 
-def prove_slide(
-    before: Simplices, worked: Simplices, slide: Slide, patch: Array, origin: Array
-) -> None:
+def prove_patches(before: Simplices, worked: Simplices, patches: Patches, origin: Array) -> None:
     """Compare a boundary that was worked on with that of the input.
 
     Parameters
     ----------
     worked : Simplices
         In the frame of `before`.
-    patch : (n,) int64
-        Patch of each outer facet of `worked`, see `sliding.redeclared`.
 
     Raises
     ------
@@ -87,12 +90,14 @@ def prove_slide(
         A vertex left its plane or its ridge, a corner or an interface changed, or the area of
         a patch.
     """
+    if not _are_the_same(before.inner, origin[worked.inner], len(before.points)):
+        raise InvariantError("the facets of an interface changed")
     here = np.flatnonzero(origin >= 0)
     skin = adjacency.distinct(before.skin)
-    corners = skin[slide.guide[skin, 0] == FIXED]
+    corners = skin[patches.guide[skin, 0] == FIXED]
     if not np.isin(corners, origin[here]).all():
         raise InvariantError("a vertex of the boundary vanished that may not move")
-    guide = slide.guide[origin[here]]
+    guide = patches.guide[origin[here]]
     moved = worked.points[here] - before.points[origin[here]]
     part = np.einsum("ij,ij->i", moved, guide[:, 1:])
     along = part[:, None] * guide[:, 1:]
@@ -100,26 +105,20 @@ def prove_slide(
     off[guide[:, 0] == FIXED] = moved[guide[:, 0] == FIXED]
     off = off[np.isin(origin[here], skin)]
     extent = float(np.ptp(before.points[skin], axis=0).max())
-    if np.any(np.abs(off) > slide.tolerance * extent):
+    if np.any(np.abs(off) > patches.tolerance * extent):
         raise InvariantError("a vertex of the boundary left its plane or its ridge")
+    patch = homes(patches, worked, origin)
     if np.any(patch < 0):
         raise InvariantError("a facet of the boundary belongs to no plane of it")
-    old = _areas(before.points, slide.facets, slide.patch)
-    new = _areas(worked.points, _outer(worked), patch)
+    old = _areas(before.points, patches.facets, patches.patch)
+    new = _areas(worked.points, worked.outer, patch)
     total = old.sum()
     old = np.concatenate([old, np.zeros(max(0, len(new) - len(old)))])
     new = np.concatenate([new, np.zeros(max(0, len(old) - len(new)))])
     if before.dimension == 3 and np.any(
-        np.abs(old - new) > (VOLUME_TOLERANCE + slide.tolerance) * total
+        np.abs(old - new) > (VOLUME_TOLERANCE + patches.tolerance) * total
     ):
         raise InvariantError("the area of a plane of the boundary changed")
-
-
-def _outer(simplices: Simplices) -> Array:
-    """Facets of the skin that bound one cell only."""
-    keys = adjacency.row_ids(simplices.skin, len(simplices.points))
-    _, inverse, count = np.unique(keys, return_inverse=True, return_counts=True)
-    return simplices.skin[count[inverse] == 1]
 
 
 def _areas(points: Array, facets: Array, patch: Array) -> Array:

@@ -95,7 +95,9 @@ def command(
     verbosity: int,
 ) -> int:
     from .. import formats
-    from ..jobs.optimize import InvalidMeshError, optimize, require_simplices
+    from ..boundary.policy import Fixed, Slide
+    from ..jobs.admission import InvalidMeshError, require_simplices
+    from ..jobs.optimize import optimize
     from ..mesh.tags import with_regions
     from ..plans.config import Request, plan_for
     from .output import form_of, print_report, report_of, write_reports
@@ -123,9 +125,9 @@ def command(
         clock.append(time.perf_counter())
         compile_kernels(verbosity < 0, plan.kernels())
         with progress(verbosity < 0) as observer, naming(input):
-            slide = slide_tolerance if boundary == "slide" else None
+            policy = Slide(slide_tolerance) if boundary == Slide.name else Fixed()
             result = optimize(
-                mesh, plan.pipeline, plan.measure, observer, needs_all, not no_data, slide
+                mesh, plan.pipeline, plan.measure, observer, needs_all, not no_data, policy
             )
     except InvalidMeshError as error:
         show_findings(input, source, error.mesh, error.report, err=True)

@@ -1,4 +1,4 @@
-"""One optimization from mesh to mesh: check, cast, run the pipeline, prove the result."""
+"""One optimization from mesh to mesh: prepare, improve, restore, prove."""
 
 from __future__ import annotations
 
@@ -6,41 +6,47 @@ import logging
 import time
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from .. import validity
-from ..boundary.proof import prove, prove_slide, prove_volumes
-from ..boundary.sliding import find, redeclared
-from ..errors import BadMeshError, InvariantError, UnsupportedMeshError
-from ..mesh.cast import cast, with_positive_tets, with_simplices
+from ..boundary.policy import Boundary, Fixed, Policy
+from ..errors import InvariantError
+from ..mesh.cast import Simplices, cast, with_simplices
 from ..mesh.model import Mesh, main_blocks, main_type
 from ..mesh.tags import tags_of
 from ..passes import Observer
-from ..plans.pipeline import Line, Pipeline
+from ..plans.improve import Worked, improve
+from ..plans.pipeline import TANGLED, Line, Pipeline
 from ..quality.summary import MEASURES, Measure, Summary, forced_angles, summarize
 from ..transfer.carry import carry
-from ..work.workspace import Workspace
+from .admission import InvalidMeshError, admit, require_range, require_simplices
 
-Array = np.ndarray
 log = logging.getLogger("meshopt")
 
-# Extents of a mesh between which the sixth power of a length is a number.
-EXTENTS = 1e-40, 1e40
-
-# Rules that turning cells may mend.
-ORIENTATION = {"M101", "M103", "M207"}
-
-# Rules that a tangle breaks: cells with a negative volume, and those that they lie across.
-TANGLE = {"M101", "M102", "M205", "M207", "M209", "M210"}
+# The worst Q may rise by rounding only: this part of it, where a mesh is put back into its file.
+ROUNDING = 1e-6
 
 
-class InvalidMeshError(BadMeshError):
-    """The mesh breaks a rule of severity error; `report` says which and where."""
+@dataclass(frozen=True)
+class Prepared:
+    """A mesh that is ready to be worked on.
 
-    def __init__(self, message: str, mesh: Mesh, report: validity.Report) -> None:
-        super().__init__(message)
-        self.mesh = mesh
-        self.report = report
+    Attributes
+    ----------
+    mesh : Mesh
+        As it was read, its tetrahedra turned where they had to be.
+    part : Simplices
+        What of it is worked on.
+    boundary : Boundary
+        What of the boundary stays.
+    before : Summary
+    tangle : Report or None
+        What is wrong with the mesh, and to be mended.
+    """
+
+    mesh: Mesh
+    part: Simplices
+    boundary: Boundary
+    before: Summary
+    tangle: validity.Report | None
 
 
 @dataclass(frozen=True)
@@ -51,7 +57,7 @@ class Result:
     measure: Measure
     before: Summary
     after: Summary
-    lines: list[Line]
+    lines: tuple[Line, ...]
     stopped: str
     seconds: float
 
@@ -63,7 +69,7 @@ def optimize(
     observer: Observer | None = None,
     with_all_measures: bool = False,
     with_data: bool = True,
-    slide: float | None = None,
+    policy: Policy = Fixed(),  # noqa: B008 (a frozen value)
 ) -> Result:
     """Optimize a mesh; the input is left as it is.
 
@@ -74,9 +80,8 @@ def optimize(
         forces, which takes a while.
     with_data : bool
         Whether the arrays of the mesh go along; its tags do in any case.
-    slide : float, optional
-        Let the boundary be worked on where it is plane or straight within this tolerance; without
-        it, the boundary stays exactly as it is.
+    policy : Policy
+        What of the boundary stays.
 
     Raises
     ------
@@ -88,113 +93,90 @@ def optimize(
         The result is not what it must be: a bug, and nothing to be used.
     """
     start = time.perf_counter()
-    require_simplices(mesh)
-    require_range(mesh)
-    mesh, tangle = sound(mesh, any(step.name == "untangle" for step in pipeline.passes()))
-    source = cast(mesh)
     others = tuple(MEASURES.values()) if with_all_measures else ()
-    before = summarize(source, measure, others)
-    sliding = None if slide is None else find(mesh, source, slide)
-    work = Workspace(source, measure.judge, before.target, slide=sliding)
-    outcome = pipeline.run(work, observer)
-    if tangle and outcome.work.standing().worst <= 0.0:
-        raise InvalidMeshError("it could not be untangled: nothing written", mesh, tangle)
-    worked, origin = outcome.work.result()
-    lines, stopped = outcome.lines, outcome.stopped
-    del work, outcome  # a third of the memory
-    result = with_simplices(mesh, worked, origin, source)
-    if sliding is not None:
-        result, patch = redeclared(mesh, result, sliding, worked, origin)
-        prove_slide(source, worked, sliding, patch, origin)
-    if tangle and not validity.check(result).is_valid:
-        raise InvalidMeshError("untangling leaves it invalid: nothing written", mesh, tangle)
-    result, lost = carry(mesh, result, source, origin, with_data)
-    if lost:
-        log.warning("arrays that do not follow the cells are dropped: %s", ", ".join(lost))
-    # An array that numbers cells may have few values left, and would pass for a tag.
-    tags = tuple(tags_of(main_blocks(mesh, main_type(mesh)), mesh.regions))
-    final = cast(replace(result, regions=tags))
-    after = summarize(final, measure, others, before.target if sliding is None else None)
-    if after.n_invalid or after.worst > before.worst * (1 + 1e-6):
-        raise InvariantError(f"the worst Q rose from {before.worst} to {after.worst}")
+    prepared = prepare(mesh, pipeline, measure, policy, others)
+    before, boundary = prepared.before, prepared.boundary
+    worked = improve(
+        prepared.part, pipeline, measure.judge, before.target, boundary.patches, observer
+    )
+    result = restore(prepared, worked, with_data)
+    after = prove(prepared, worked, result, measure, others)
     if with_all_measures:
-        forced = forced_angles(source)
+        forced = forced_angles(prepared.part)
         before, after = replace(before, forced=forced), replace(after, forced=forced)
-    if sliding is None:
-        prove(source, final, mesh.points, result.points, origin)
-    prove_volumes(source, final, slide or 0.0)
-    return Result(result, measure, before, after, lines, stopped, time.perf_counter() - start)
+    seconds = time.perf_counter() - start
+    return Result(result, measure, before, after, worked.lines, worked.stopped, seconds)
 
 
-def require_range(mesh: Mesh) -> None:
-    """Refuse coordinates whose products are no numbers any more.
-
-    Raises
-    ------
-    UnsupportedMeshError
-        With what to do.
-    """
-    extent = float(np.max(np.ptp(mesh.points.astype(np.float64), axis=0), initial=0.0))
-    low, high = EXTENTS
-    if np.isfinite(extent) and extent > 0.0 and not low <= extent <= high:
-        raise UnsupportedMeshError(
-            f"the mesh is {extent:.3g} across: scale it to between {low:g} and {high:g}"
-        )
-
-
-def require_simplices(mesh: Mesh) -> None:
-    """Refuse a mesh that has other cells than those that can be optimized.
-
-    Raises
-    ------
-    InvalidMeshError
-        It has, and it is not valid either.
-    BadMeshError, UnsupportedMeshError
-        See `mesh.main_type`.
-    """
-    try:
-        main_type(mesh)
-    except UnsupportedMeshError:
-        report = validity.check(mesh, overlaps=False)
-        if report.is_valid:
-            raise
-        raise InvalidMeshError(_not_valid(report), mesh, report) from None
-
-
-def _not_valid(report: validity.Report) -> str:
-    codes = ", ".join(sorted(group.code for group in report.errors))
-    return f"the mesh is not valid ({codes}): nothing written"
-
-
-def sound(mesh: Mesh, untangles: bool) -> tuple[Mesh, validity.Report | None]:
-    """The mesh, with its tetrahedra turned where that is all it lacks.
+def prepare(
+    mesh: Mesh,
+    pipeline: Pipeline,
+    measure: Measure,
+    policy: Policy,
+    others: tuple[Measure, ...] = (),
+) -> Prepared:
+    """Admit a mesh, and take from it what is worked on.
 
     Parameters
     ----------
-    untangles : bool
-        Whether inverted and flat cells are let through, to be mended.
+    others : tuple of Measure
+        Measures whose worst Q is wanted as well.
 
-    Returns
-    -------
-    mesh : Mesh
-    tangle : Report or None
-        What is wrong with it and to be mended.
+    Raises
+    ------
+    InvalidMeshError, BadMeshError, UnsupportedMeshError
+        See `optimize`.
+    """
+    require_simplices(mesh)
+    require_range(mesh)
+    mesh, tangle = admit(mesh, any(step.name == "untangle" for step in pipeline.passes()))
+    part = cast(mesh)
+    before = summarize(part, measure, others)
+    return Prepared(mesh, part, policy.bound_to(mesh, part), before, tangle)
+
+
+def restore(prepared: Prepared, worked: Worked, with_data: bool = True) -> Mesh:
+    """Put what was worked on back among all the rest of a mesh.
 
     Raises
     ------
     InvalidMeshError
-        It breaks a rule of severity error that neither turning nor untangling mends.
+        A tangle was not mended.
     """
-    report = validity.check(mesh, overlaps=False)
-    if report.is_valid:
-        return mesh, None
-    broken = {group.code for group in report.errors}
-    if broken <= ORIENTATION:
-        turned, n_turned = with_positive_tets(mesh)
-        if n_turned and validity.check(turned, overlaps=False).is_valid:
-            log.warning("%d cells had the other orientation: they are turned", n_turned)
-            return turned, None
-    if untangles and broken <= TANGLE and broken & {"M101", "M102"}:
-        log.warning("the mesh has inverted or flat cells: they are to be untangled")
-        return mesh, report
-    raise InvalidMeshError(_not_valid(report), mesh, report)
+    mesh, part, tangle = prepared.mesh, prepared.part, prepared.tangle
+    if tangle and worked.stopped == TANGLED:
+        raise InvalidMeshError("it could not be untangled: nothing written", mesh, tangle)
+    result = with_simplices(mesh, worked.part, worked.origin, part)
+    result = prepared.boundary.restore(result, worked.part, worked.origin)
+    if tangle and not validity.check(result).is_valid:
+        raise InvalidMeshError("untangling leaves it invalid: nothing written", mesh, tangle)
+    result, lost = carry(mesh, result, part, worked.origin, with_data)
+    if lost:
+        log.warning("arrays that do not follow the cells are dropped: %s", ", ".join(lost))
+    return result
+
+
+def prove(
+    prepared: Prepared,
+    worked: Worked,
+    result: Mesh,
+    measure: Measure,
+    others: tuple[Measure, ...] = (),
+) -> Summary:
+    """Compare a result with its input; returns its summary.
+
+    Raises
+    ------
+    InvariantError
+        It is worse, or its boundary or the volume of a region changed.
+    """
+    mesh, before = prepared.mesh, prepared.before
+    # An array that numbers cells may have few values left, and would pass for a tag.
+    tags = tuple(tags_of(main_blocks(mesh, main_type(mesh)), mesh.regions))
+    final = cast(replace(result, regions=tags))
+    target = before.target if prepared.boundary.keeps_facets else None
+    after = summarize(final, measure, others, target)
+    if after.n_invalid or after.worst > before.worst * (1 + ROUNDING):
+        raise InvariantError(f"the worst Q rose from {before.worst} to {after.worst}")
+    prepared.boundary.prove(result, final, worked.part, worked.origin)
+    return after

@@ -51,6 +51,24 @@ def row_ids(rows: Array, n_points: int) -> Array:
     return head
 
 
+def places_in(known: Array, rows: Array, n_points: int) -> Array:
+    """The row of `known` with the same vertices as each of some rows, -1 where there is none.
+
+    Parameters
+    ----------
+    known : (m, k) int64
+        Of equal ones the first counts.
+    rows : (n, k) int64
+    """
+    ids = row_ids(np.concatenate([known, rows]), n_points)
+    ids, wanted = ids[: len(known)], ids[len(known) :]
+    if not len(known):
+        return np.full(len(rows), -1)
+    order = np.argsort(ids, kind="stable")
+    place = order[np.minimum(np.searchsorted(ids, wanted, sorter=order), len(known) - 1)]
+    return np.where(ids[place] == wanted, place, -1)
+
+
 def canonical(rows: Array, n_points: int) -> Array:
     """The rows as a set: equal for the same rows in any order, turned in any way."""
     if n_points ** rows.shape[1] < 2**62:

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..cells import FAMILIES, SIMPLICES
 from ..errors import UnsupportedMeshError
+from ..handles import OUTER
 from . import adjacency
 from .model import Array, Block, Mesh, declared, main_blocks, main_type
 from .plane import Frame, plane_of, precision_of, with_depth
@@ -71,10 +72,25 @@ class Simplices:
         """
         return adjacency.neighbours(self.cells, self.region, len(self.points), self.facets)
 
+    @property
+    def facet_type(self) -> str:
+        """Type of the cells that declare facets."""
+        return SIMPLICES[self.dimension - 1]
+
     @cached_property
     def skin(self) -> Array:
         """Facets without a neighbour, (n, d), turned as their cells turn them."""
         return adjacency.boundary_facets(self.cells, self.neighbours)
+
+    @cached_property
+    def outer(self) -> Array:
+        """Facets of the skin that bound one cell only, (n, d)."""
+        return self.skin[self.neighbours[self.neighbours < 0] == OUTER]
+
+    @cached_property
+    def inner(self) -> Array:
+        """Facets of the skin with cells on both sides, (n, d), each from either side."""
+        return self.skin[self.neighbours[self.neighbours < 0] != OUTER]
 
 
 def cast(mesh: Mesh) -> Simplices:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..boundary.sliding import Slide
+from ..boundary.patches import Patches
 from ..handles import OUTER
 from ..kernels.gather.ball import vertex_quality
 from ..kernels.shape.simplex import measure_cells
@@ -72,7 +72,7 @@ class Workspace:
     ----------
     target : float
         Q of the best cell that the worst facet of the boundary allows; 1 when that is not known.
-    slide : Slide, optional
+    patches : Patches, optional
         What may move on the boundary; nothing without it.
     in_order : bool
         Whether vertices and cells keep the rows they have in the source, rather than
@@ -85,7 +85,7 @@ class Workspace:
         judge: Judge,
         target: float = 1.0,
         in_order: bool = False,
-        slide: Slide | None = None,
+        patches: Patches | None = None,
     ) -> None:
         self._source = source
         self.judge = judge
@@ -105,8 +105,8 @@ class Workspace:
         fixed = source.fixed[self._origin]
         fixed[number[source.skin]] = True
         fixed[number[source.edges]] = True
-        guide = np.zeros((n_points, 4)) if slide is None else slide.guide[self._origin]
-        edges = source.edges if slide is None else np.concatenate([source.edges, slide.ridges])
+        guide = np.zeros((n_points, 4)) if patches is None else patches.guide[self._origin]
+        edges = source.edges if patches is None else np.concatenate([source.edges, patches.ridges])
         required = np.unique(adjacency.row_keys(number[edges], n_points))
         vertex_cell = np.full(n_points, -1, dtype=np.int64)
         # Written from the last cell to the first: the first cell of each ball stays.
@@ -128,7 +128,7 @@ class Workspace:
             free=np.zeros(capacity, dtype=np.int64),
             state=np.array([n_cells, 0, 1, n_points], dtype=np.int64),
             judge=judge,
-            slides=slide is not None,
+            slides=patches is not None,
             single=source.single,
         )
         self.scratch = _new_scratch(capacity, n_points)

@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from meshopt_cli import validity
-from meshopt_cli.boundary import sliding
+from meshopt_cli.boundary.patches import FIXED, LINE, PLANE, patches_of
+from meshopt_cli.boundary.policy import Fixed, Slide
 from meshopt_cli.jobs import optimize as job
 from meshopt_cli.mesh.cast import cast
 from meshopt_cli.mesh.model import Block, Mesh
@@ -77,7 +78,7 @@ def test_an_interface_stays(dimension, preset, seed):
     mesh.points[np.abs(mesh.points[:, 0] - 0.5) < 0.1, 0] = 0.5
     centres = mesh.points[mesh.blocks[0].cells].mean(axis=1)
     mesh.blocks[0].data = {"gmsh:physical": 8 + (centres[:, 0] > 0.5).astype(np.int64)}
-    result = job.optimize(mesh, pipeline(preset, dimension), MEASURE, slide=TOLERANCE)
+    result = job.optimize(mesh, pipeline(preset, dimension), MEASURE, policy=Slide())
     before, after = cast(mesh), cast(result.mesh)
 
     def interface(simplices):
@@ -97,7 +98,7 @@ def test_an_interface_stays(dimension, preset, seed):
 def test_a_box_stays_a_box(dimension, preset, seed):
     """Its corners stay, its sides are covered by facets that carry the tag of the side."""
     mesh = box(dimension, 4 if dimension == 2 else 3, seed)
-    result = job.optimize(mesh, pipeline(preset, dimension), MEASURE, slide=TOLERANCE)
+    result = job.optimize(mesh, pipeline(preset, dimension), MEASURE, policy=Slide())
     assert validity.check(result.mesh).is_valid
     points = result.mesh.points
     corners = (on_sides(mesh.points)).all(axis=1)
@@ -122,8 +123,8 @@ def test_sliding_pays(dimension):
     """Where the boundary is badly placed, a boundary that slides allows a better mesh."""
     mesh = box(dimension, 4, 1, amount=0.8)
     fixed, slid = (
-        job.optimize(mesh, pipeline("standard", dimension), MEASURE, slide=slide)
-        for slide in (None, TOLERANCE)
+        job.optimize(mesh, pipeline("standard", dimension), MEASURE, policy=policy)
+        for policy in (Fixed(), Slide())
     )
     assert slid.after.worst < fixed.after.worst
     assert not np.array_equal(slid.mesh.points[: len(mesh.points)], fixed.mesh.points)
@@ -133,23 +134,23 @@ def test_guides_of_a_box():
     """Corners are fixed, edges are lines, sides are planes, with their directions."""
     mesh = box(3, 3, 2)
     source = cast(mesh)
-    found = sliding.find(mesh, source, TOLERANCE)
+    found = patches_of(mesh, source, TOLERANCE)
     n_sides = on_sides(mesh.points).sum(axis=1)
-    expected = {0: sliding.FIXED, 1: sliding.PLANE, 2: sliding.LINE, 3: sliding.FIXED}
+    expected = {0: FIXED, 1: PLANE, 2: LINE, 3: FIXED}
     assert [expected[int(n)] for n in n_sides] == found.guide[:, 0].tolist()
     moving = found.guide[:, 0] > 0
     np.testing.assert_allclose(np.linalg.norm(found.guide[moving, 1:], axis=1), 1.0)
     for point, (kind, *along) in zip(mesh.points, found.guide, strict=True):
-        if kind == sliding.PLANE:
+        if kind == PLANE:
             np.testing.assert_allclose(np.abs(along), on_sides(point), atol=1e-9)
-        if kind == sliding.LINE:
+        if kind == LINE:
             np.testing.assert_allclose(np.abs(along), ~on_sides(point), atol=1e-9)
 
 
 def test_a_round_boundary_does_not_move():
     source = sample("raw_ball.mesh")
     mesh = Mesh(source.points, [Block("tetra", source.cells)])
-    guide = sliding.find(mesh, source, TOLERANCE).guide
+    guide = patches_of(mesh, source, TOLERANCE).guide
     assert not guide.any()
 
 
@@ -159,10 +160,10 @@ def test_interfaces_and_declared_vertices_stay():
     source = cast(mesh)
     _, twice = np.unique(np.sort(source.skin, axis=1), axis=0, return_counts=True)
     assert (twice == 2).any()
-    found = sliding.find(mesh, source, TOLERANCE)
+    found = patches_of(mesh, source, TOLERANCE)
     rows = np.unique(np.sort(source.skin, axis=1), axis=0)[twice == 2]
     assert not found.guide[np.unique(rows)].any()
-    result = job.optimize(mesh, pipeline("standard", 3), MEASURE, slide=TOLERANCE)
+    result = job.optimize(mesh, pipeline("standard", 3), MEASURE, policy=Slide())
     before = mesh.points[np.unique(rows)]
     after = {tuple(p) for p in result.mesh.points.tolist()}
     assert all(tuple(p) in after for p in before.tolist())
@@ -173,8 +174,8 @@ def test_interfaces_and_declared_vertices_stay():
 def test_every_pass_keeps_the_shape(dimension, name):
     mesh = box(dimension, 3, 5)
     source = cast(mesh)
-    slide = sliding.find(mesh, source, TOLERANCE)
-    work = Workspace(source, MEASURE.judge, slide=slide)
+    slide = patches_of(mesh, source, TOLERANCE)
+    work = Workspace(source, MEASURE.judge, patches=slide)
     for _ in range(2):
         PASSES[name]().run(work, Silent())
         assert_whole(work)
@@ -186,7 +187,7 @@ def test_vertices_of_a_plane_collapse():
     """A side that is finer than it need be loses vertices, within its plane."""
     mesh = box(3, 4, 7, amount=0.9)
     source = cast(mesh)
-    work = Workspace(source, MEASURE.judge, slide=sliding.find(mesh, source, TOLERANCE))
+    work = Workspace(source, MEASURE.judge, patches=patches_of(mesh, source, TOLERANCE))
     before = work.n_vertices
     PASSES["collapse"](below=1.0, accept="valid", min_vertices=0.5).run(work, Silent())
     assert_whole(work)

@@ -1,0 +1,106 @@
+"""Which meshes are optimized: what is refused, and what is mended on the way in."""
+
+from __future__ import annotations
+
+import logging
+
+import numpy as np
+
+from .. import validity
+from ..errors import BadMeshError, UnsupportedMeshError
+from ..mesh.cast import with_positive_tets
+from ..mesh.model import Mesh, main_type
+
+log = logging.getLogger("meshopt")
+
+# Extents of a mesh between which the sixth power of a length is a number.
+EXTENTS = 1e-40, 1e40
+
+# Rules that turning cells may mend.
+ORIENTATION = {"M101", "M103", "M207"}
+
+# Rules that a tangle breaks: cells with a negative volume, and those that they lie across.
+TANGLE = {"M101", "M102", "M205", "M207", "M209", "M210"}
+
+
+class InvalidMeshError(BadMeshError):
+    """The mesh breaks a rule of severity error; `report` says which and where."""
+
+    def __init__(self, message: str, mesh: Mesh, report: validity.Report) -> None:
+        super().__init__(message)
+        self.mesh = mesh
+        self.report = report
+
+
+def require_range(mesh: Mesh) -> None:
+    """Refuse coordinates whose products are no numbers any more.
+
+    Raises
+    ------
+    UnsupportedMeshError
+        With what to do.
+    """
+    extent = float(np.max(np.ptp(mesh.points.astype(np.float64), axis=0), initial=0.0))
+    low, high = EXTENTS
+    if np.isfinite(extent) and extent > 0.0 and not low <= extent <= high:
+        raise UnsupportedMeshError(
+            f"the mesh is {extent:.3g} across: scale it to between {low:g} and {high:g}"
+        )
+
+
+def require_simplices(mesh: Mesh) -> None:
+    """Refuse a mesh that has other cells than those that can be optimized.
+
+    Raises
+    ------
+    InvalidMeshError
+        It has, and it is not valid either.
+    BadMeshError, UnsupportedMeshError
+        See `mesh.main_type`.
+    """
+    try:
+        main_type(mesh)
+    except UnsupportedMeshError:
+        report = validity.check(mesh, overlaps=False)
+        if report.is_valid:
+            raise
+        raise InvalidMeshError(_not_valid(report), mesh, report) from None
+
+
+def _not_valid(report: validity.Report) -> str:
+    codes = ", ".join(sorted(group.code for group in report.errors))
+    return f"the mesh is not valid ({codes}): nothing written"
+
+
+def admit(mesh: Mesh, untangles: bool) -> tuple[Mesh, validity.Report | None]:
+    """Take a mesh to be optimized, with its tetrahedra turned where that is all it lacks.
+
+    Parameters
+    ----------
+    untangles : bool
+        Whether inverted and flat cells are let through, to be mended.
+
+    Returns
+    -------
+    mesh : Mesh
+    tangle : Report or None
+        What is wrong with it and to be mended.
+
+    Raises
+    ------
+    InvalidMeshError
+        It breaks a rule of severity error that neither turning nor untangling mends.
+    """
+    report = validity.check(mesh, overlaps=False)
+    if report.is_valid:
+        return mesh, None
+    broken = {group.code for group in report.errors}
+    if broken <= ORIENTATION:
+        turned, n_turned = with_positive_tets(mesh)
+        if n_turned and validity.check(turned, overlaps=False).is_valid:
+            log.warning("%d cells had the other orientation: they are turned", n_turned)
+            return turned, None
+    if untangles and broken <= TANGLE and broken & {"M101", "M102"}:
+        log.warning("the mesh has inverted or flat cells: they are to be untangled")
+        return mesh, report
+    raise InvalidMeshError(_not_valid(report), mesh, report)

@@ -1,0 +1,67 @@
+"""The work itself: simplices in, better simplices out, and nothing else touched.
+
+It knows no file and no mesh around the simplices, and all that it takes and gives can be sent to
+another process: this is what a part of a mesh is given to.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..boundary.patches import Patches
+from ..kernels.types import Judge
+from ..mesh.cast import Simplices
+from ..passes import Observer
+from ..work.workspace import Workspace
+from .pipeline import Line, Pipeline
+
+
+@dataclass(frozen=True)
+class Worked:
+    """Simplices that were worked on.
+
+    Attributes
+    ----------
+    part : Simplices
+        Regions are numbered as in the input, points that no cell used are there.
+    origin : (np',) int64
+        The point of the input that each point was, -1 for a new one.
+    lines : tuple of Line
+        What every pass did.
+    stopped : str
+        Why the run ended.
+    """
+
+    part: Simplices
+    origin: np.ndarray
+    lines: tuple[Line, ...]
+    stopped: str
+
+
+def improve(
+    part: Simplices,
+    pipeline: Pipeline,
+    judge: Judge,
+    target: float = 1.0,
+    patches: Patches | None = None,
+    observer: Observer | None = None,
+) -> Worked:
+    """Run a pipeline over simplices; these are left as they are.
+
+    Parameters
+    ----------
+    target : float
+        Q of the best cell that the worst facet of the boundary allows; 1 when that is not known.
+    patches : Patches, optional
+        Where vertices of the boundary may move.
+
+    Raises
+    ------
+    InvariantError
+        An operator broke the mesh.
+    """
+    outcome = pipeline.run(Workspace(part, judge, target, patches=patches), observer)
+    better, origin = outcome.work.result()
+    return Worked(better, origin, tuple(outcome.lines), outcome.stopped)

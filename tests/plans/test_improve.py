@@ -1,0 +1,45 @@
+"""What a part of a mesh is given to: pure, and fit to be sent to another process."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pytest
+
+from meshopt_cli.boundary.patches import patches_of
+from meshopt_cli.mesh.cast import cast
+from meshopt_cli.plans.improve import improve
+from meshopt_cli.plans.pipeline import Pipeline
+from meshopt_cli.plans.presets import PRESETS
+from meshopt_cli.quality.summary import MEASURES
+from support.edits import halves, shaken
+from support.meshes import tet_grid, tri_grid
+
+JUDGE = MEASURES["aspect-ratio"].judge
+
+
+def frozen(part):
+    """Every byte of some simplices."""
+    names = ("points", "cells", "region", "fixed", "facets", "edges")
+    return {name: getattr(part, name).tobytes() for name in names}
+
+
+@pytest.mark.parametrize("slides", [False, True])
+@pytest.mark.parametrize("grid", [tri_grid(5), tet_grid(3)], ids=["triangles", "tets"])
+def test_it_is_pure_and_can_be_sent(grid, slides):
+    """A copy that went through pickle gives the same; what is given stays as it is."""
+    mesh = halves(shaken(grid))
+    part = cast(mesh)
+    patches = patches_of(mesh, part, 1e-6) if slides else None
+    preset = PRESETS["standard"]
+    pipeline = Pipeline("standard", preset.build(preset.stop, part.dimension))
+    given = frozen(part)
+    sent = pickle.loads(pickle.dumps((part, pipeline, JUDGE, 1.5, patches)))
+    worked = improve(part, pipeline, JUDGE, 1.5, patches)
+    assert frozen(part) == given
+    other = pickle.loads(pickle.dumps(improve(*sent)))
+    assert frozen(worked.part) == frozen(other.part)
+    np.testing.assert_array_equal(worked.origin, other.origin)
+    assert worked.stopped == other.stopped
+    assert worked.part.points.tobytes() != part.points.tobytes()
