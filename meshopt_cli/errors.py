@@ -4,6 +4,12 @@ Every one of them is shown as a single line; anything else that reaches the
 command line is a bug of ours and ends with `EXIT_INVARIANT`.
 """
 
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+
 EXIT_DONE = 0
 EXIT_BAD_MESH = 1
 EXIT_USAGE = 2
@@ -56,3 +62,13 @@ class InvariantError(MeshoptError):
     """A promise of this tool broke: nothing is written."""
 
     exit_status = EXIT_INVARIANT
+
+
+@contextlib.contextmanager
+def naming(path: Path) -> Iterator[None]:
+    """Put the name of the file before what is said of the mesh in it."""
+    try:
+        yield
+    except (BadMeshError, ConfigError, UnsupportedMeshError, InvariantError) as error:
+        error.args = (f"{path}: {error}", *error.args[1:])
+        raise

@@ -3,53 +3,18 @@ pyproject.toml, whichever is nearest to the working directory."""
 
 from __future__ import annotations
 
-import difflib
-import tomllib
 from pathlib import Path
 from typing import Any
 
 import click
 
 from ..errors import ConfigError
+from ..plans.toml import hint, nearest_table
 
 # Where the table stands in each file.
 FILES = {"meshopt.toml": ("check",), "pyproject.toml": ("tool", "meshopt", "check")}
 # Options of the command line that say what to do, not what is allowed.
 NOT_KEYS = {"explain", "quiet", "verbose", "mark", "help", "no_config", "meshes"}
-
-
-def find(folder: Path) -> tuple[Path, dict[str, Any]] | None:
-    """The nearest file with a table for `check`, from a folder upwards, and that table.
-
-    Raises
-    ------
-    ConfigError
-        A file on the way cannot be read, or is not TOML.
-    """
-    for place in (folder, *folder.parents):
-        for name, keys in FILES.items():
-            path = place / name
-            if not path.is_file():
-                continue
-            table = _table(path, keys)
-            if table is not None:
-                return path, table
-    return None
-
-
-def _table(path: Path, keys: tuple[str, ...]) -> dict[str, Any] | None:
-    try:
-        value: Any = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "is not UTF-8 text"
-        raise ConfigError(f"{path}: {reason}") from error
-    except tomllib.TOMLDecodeError as error:
-        raise ConfigError(f"{path}: not valid TOML: {error}") from error
-    for key in keys:
-        value = value.get(key) if isinstance(value, dict) else None
-    if value is not None and not isinstance(value, dict):
-        raise ConfigError(f"{path}: [{'.'.join(keys)}] must be a table")
-    return value
 
 
 def defaults(command: click.Command, ctx: click.Context, folder: Path) -> dict[str, Any]:
@@ -60,7 +25,7 @@ def defaults(command: click.Command, ctx: click.Context, folder: Path) -> dict[s
     ConfigError
         A key that is no option, or a value that the option does not take: names file and key.
     """
-    found = find(folder)
+    found = nearest_table(folder, FILES)
     if found is None:
         return {}
     path, table = found
@@ -72,9 +37,7 @@ def defaults(command: click.Command, ctx: click.Context, folder: Path) -> dict[s
     values = {}
     for key, value in table.items():
         if key not in options:
-            close = difflib.get_close_matches(key, options, 1)
-            hint = f"did you mean {close[0]!r}?" if close else f"known are {', '.join(options)}"
-            raise ConfigError(f"{path}: check has no key {key!r}: {hint}")
+            raise ConfigError(f"{path}: check has no key {key!r}{hint(key, options)}")
         name, converted = _converted(ctx, path, key, options[key], value)
         values[name] = converted
     return values

@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from ..errors import InterruptError
+from ..plans.ranges import RANGES
 from .terminal import set_up_log
 
 
@@ -46,20 +47,29 @@ def verbosity_options(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 class Number(click.ParamType):
-    """A number from 1 on, or from another limit; nan is none."""
+    """A number in the range that `RANGES` has for an option."""
 
     name = "number"
 
-    def __init__(self, least: float = 1.0) -> None:
-        self.least = least
+    def __init__(self, key: str) -> None:
+        self.key = key
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
         try:
-            number = float(value)
-        except ValueError:
-            self.fail(f"{value!r} is not a number", param, ctx)
-        if not number >= self.least:
-            self.fail(f"{value} is out of range, must be at least {self.least:g}", param, ctx)
-        return number
+            return RANGES[self.key].number(value)
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
+
+
+def number_option(key: str, **attributes: Any) -> Callable[[Callable[..., Any]], Any]:
+    """An option `--KEY` that takes the numbers `RANGES` has for it."""
+    return click.option(f"--{key}", type=Number(key), **attributes)
+
+
+def names_in(
+    ctx: click.Context, parameter: click.Parameter, value: str | None
+) -> tuple[str, ...] | None:
+    """The names of a list with commas; None where there is no list."""
+    return None if value is None else tuple(n.strip() for n in value.split(",") if n.strip())

@@ -2,74 +2,55 @@
 
 from __future__ import annotations
 
-import logging
-from dataclasses import replace
 from pathlib import Path
 
 import click
 
-from ..errors import EXIT_DONE, EXIT_FILES, BadMeshError, MeshoptError
-from .naming import naming
+from ..errors import EXIT_DONE, MeshoptError
+from ..report.outputs import NORMAL, OUTPUTS, output_of, write_reports
 from .options import measure_option, verbosity_options
-from .output import REPORT_FORMATS
-
-log = logging.getLogger("meshopt")
-
-# Rules without which cells have no shape to measure.
-READABLE = ("M00",)
 
 
 @click.command("report")
 @click.argument("meshes", nargs=-1, required=True, type=click.Path(path_type=Path))
 @measure_option
 @click.option(
-    "--format", "form", type=click.Choice(REPORT_FORMATS), default="table", show_default=True
-)
+    "--format", "form", type=click.Choice(list(OUTPUTS)),
+    help="What the report looks like: as the suffix of the file says, or a table.",
+)  # fmt: skip
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Write to a file instead.")
 @verbosity_options
 def command(
     meshes: tuple[Path, ...],
     measure: str | None,
-    form: str,
+    form: str | None,
     output: Path | None,
     verbosity: int,
 ) -> int:
     """Show the quality of meshes as the rows of Table 18.3."""
-    from .. import __version__, formats
-    from ..quality.partial import measurable
-    from ..quality.summary import DEFAULT_MEASURE, MEASURES, measure_named, summarize
-    from ..report.model import Report
-    from ..validity import check
-    from .output import as_text, facts_of, print_report
+    if form is not None:
+        row = OUTPUTS[form]
+    elif output is not None:
+        row = output_of(output)
+    else:
+        row = OUTPUTS["table"]
+    from ..jobs.report import report_on
+    from ..quality.summary import DEFAULT_MEASURE, measure_named
+    from .output import print_reports
     from .terminal import compile_kernels
 
     chosen = measure_named(measure or DEFAULT_MEASURE)
     compile_kernels(verbosity < 0)
-    others = tuple(MEASURES.values()) if form == "json" else ()
     reports = []
     status = EXIT_DONE
     for path in meshes:
         try:
-            mesh, source = formats.read(path)
-            with naming(path):
-                if not check(mesh, READABLE).is_valid:
-                    raise BadMeshError("the mesh is not valid: see meshopt check")
-                part = measurable(mesh)
-                summary = summarize(part.simplices, chosen, others)
+            reports.append(report_on(path, chosen, row.all_measures))
         except MeshoptError as error:
             click.echo(f"meshopt: {error}", err=True)
             status = max(status, error.exit_status)
-            continue
-        for note in part.notes:
-            log.warning("%s: %s", path, note)
-        summary = replace(summary, n_points=part.n_points)
-        reports.append(Report(__version__, facts_of(source), summary))
     if reports and output is None:
-        print_report(reports, form)
+        print_reports(reports, row, NORMAL)
     elif reports and output is not None:
-        try:
-            output.write_text(as_text(reports, form), "utf-8", "backslashreplace")
-        except OSError as error:
-            click.echo(f"meshopt: {output}: {error.strerror}", err=True)
-            return EXIT_FILES
+        write_reports(output, reports, row)
     return status

@@ -12,14 +12,9 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from rich.console import Console
 
-    from ..formats import Source
-    from ..mesh.model import Mesh
     from ..passes import Observer
-    from ..validity import Report
 
 
 class StderrHandler(logging.Handler):
@@ -61,17 +56,6 @@ def report_console(err: bool = False) -> Console:
         emoji=False,
         markup=False,
     )
-
-
-def show_findings(
-    path: Path, source: Source, mesh: Mesh, report: Report, err: bool = False
-) -> None:
-    """Print findings as text, the first of each rule one by one, then how many more there are."""
-    from ..jobs.findings import verdict_on
-    from ..report.check_text import finding_lines
-
-    for line in finding_lines(verdict_on(path, source, mesh, report, 1)):
-        click.echo(line, err=err)
 
 
 class Bars:

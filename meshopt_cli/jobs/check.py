@@ -5,18 +5,18 @@ from __future__ import annotations
 import glob
 import logging
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
 
 from ..cells import family_of
-from ..errors import EXIT_BAD_MESH, EXIT_DONE, EXIT_FILES, MeshoptError, ReadError
+from ..errors import EXIT_BAD_MESH, EXIT_DONE, EXIT_FILES, ConfigError, MeshoptError, ReadError
 from ..mesh.model import Mesh, top_blocks
 from ..report.verdict import Verdict
 from ..validity import Gates, Report, check, choose
-from ..validity.limits import families_of
+from ..validity.limits import QUANTITIES, families_of
 from .findings import verdict_on
 
 # Files smaller than this together are not worth another process.
@@ -24,6 +24,7 @@ SMALL = 4 << 20
 # Limits that stand for one quantity in the plane and another in space: one of them is idle.
 PAIRED = ("M402",)
 DEFAULT_NAME = "Q"
+LARGE = 5 << 20  # bytes of a file that may hold more cells than numpy alone deals with
 
 log = logging.getLogger("meshopt")
 
@@ -46,6 +47,20 @@ class Task:
         """Codes of the rules that are looked for."""
         extend = (*self.extend, *self.gates.codes)
         return tuple(rule.code for rule in choose(self.select, self.ignore, extend))
+
+    def require_mark(self, files: list[Path]) -> None:
+        """Refuse to mark what is found in several files, or over the mesh itself.
+
+        Raises
+        ------
+        ConfigError
+        """
+        if self.mark is None:
+            return
+        if len(files) > 1:
+            raise ConfigError("--mark goes with one mesh")
+        if self.mark.resolve() == files[0].resolve():
+            raise ConfigError("--mark would replace the mesh itself")
 
 
 def files_in(paths: tuple[Path, ...]) -> list[Path]:
@@ -75,6 +90,13 @@ def files_in(paths: tuple[Path, ...]) -> list[Path]:
             inside = [path]
         found.update(dict.fromkeys(inside))
     return list(found)
+
+
+def needs_kernels(files: Iterable[Path], gates: Gates) -> bool:
+    """Whether compiled code will be called: for measures, and for large meshes."""
+    if gates.fail_above is not None or any(x.quantity not in QUANTITIES for x in gates.limits):
+        return True
+    return any(path.is_file() and path.stat().st_size > LARGE for path in files)
 
 
 def examine(path: Path, task: Task) -> Verdict:

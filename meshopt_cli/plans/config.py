@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import difflib
-import tomllib
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -12,21 +11,21 @@ from typing import Any
 from ..errors import ConfigError
 from ..passes import PASSES, Pass
 from ..quality.summary import DEFAULT_MEASURE, Measure, measure_named
-from .pipeline import Pipeline, Repeat, Sequence, Stage, Stop
+from .pipeline import Pipeline, Repeat, Sequence, Stage
 from .presets import DEFAULT_PRESET, pass_named, preset_named
+from .ranges import RANGES
+from .toml import hint, read_toml
 
-# Keys of a pipeline file and what each must be.
-NUMBER = (int, float)
+# Keys of a pipeline file and what each must be; numbers have their ranges besides.
 KEYS: dict[str, type | tuple[type, ...]] = {
     "preset": str,
     "measure": str,
-    "rounds": int,
-    "gain": NUMBER,
-    "target-quality": NUMBER,
-    "time-limit": NUMBER,
     "before": list,
     "pass": list,
 }
+STOPS = ("rounds", "gain", "target-quality")
+NUMBERS = (*STOPS, "time-limit")
+KEYS |= {key: int if RANGES[key].is_whole else (int, float) for key in NUMBERS}
 
 
 @dataclass(frozen=True)
@@ -45,10 +44,17 @@ class Request:
 
 @dataclass
 class Plan:
-    """A pipeline with the measure it works by."""
+    """A pipeline with the measure it works by.
+
+    Attributes
+    ----------
+    all_measures : bool
+        Whether it is for more than that measure tells, so that a report tells the others too.
+    """
 
     pipeline: Pipeline
     measure: Measure
+    all_measures: bool = False
 
     def kernels(self) -> list[str]:
         """Groups of kernels that a run needs."""
@@ -95,7 +101,12 @@ def _plan(values: dict[str, Any], request: Request, dimension: int) -> Plan:
     if not measure.drives:
         raise ConfigError(f"measure {measure.name} cannot steer: it calls some flat cells good")
     preset = preset_named(request.preset or values.get("preset", DEFAULT_PRESET))
-    stop = _stop(preset.stop, values)
+    for key in NUMBERS:
+        if key in values:
+            values[key] = _number(key, values[key])
+    wanted = {key.replace("-", "_"): values[key] for key in STOPS if key in values}
+    stop = replace(preset.stop, **wanted)
+    all_measures = False
     stages: tuple[Stage, ...]
     if request.passes is not None:
         name, steps = "custom", tuple(pass_named(n)() for n in request.passes)
@@ -107,10 +118,9 @@ def _plan(values: dict[str, Any], request: Request, dimension: int) -> Plan:
         stages = (Sequence(before), Repeat(Sequence(steps), stop)) if steps else (Sequence(before),)
     else:
         name, stages = preset.name, preset.build(stop, dimension)
-    limit = float(values.get("time-limit", "inf"))
-    if not limit >= 0.0:
-        raise ConfigError(f"time-limit: {limit} is out of range, must be at least 0")
-    return Plan(Pipeline(name, stages, limit), measure)
+        all_measures = preset.all_measures
+    limit = values.get("time-limit", math.inf)
+    return Plan(Pipeline(name, stages, limit), measure, all_measures)
 
 
 def load(path: Path) -> dict[str, Any]:
@@ -121,16 +131,10 @@ def load(path: Path) -> dict[str, Any]:
     ConfigError
         The file cannot be read, is no TOML, or has a key that is unknown or of a wrong kind.
     """
-    try:
-        values = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "is not UTF-8 text"
-        raise ConfigError(f"{path}: {reason}") from error
-    except tomllib.TOMLDecodeError as error:
-        raise ConfigError(f"{path}: not valid TOML: {error}") from error
+    values = read_toml(path)
     for key, value in values.items():
         if key not in KEYS:
-            raise ConfigError(f"{path}: unknown key {key!r}{_hint(key, KEYS)}")
+            raise ConfigError(f"{path}: unknown key {key!r}{hint(key, KEYS)}")
         if not isinstance(value, KEYS[key]) or isinstance(value, bool):
             raise ConfigError(f"{path}: {key} has a value of a wrong kind: {value!r}")
     if "preset" in values and ("pass" in values or "before" in values):
@@ -138,15 +142,12 @@ def load(path: Path) -> dict[str, Any]:
     return values
 
 
-def _stop(stop: Stop, values: dict[str, Any]) -> Stop:
-    wanted: dict[str, Any] = {}
-    limits = {"rounds": 1, "gain": 0.0, "target-quality": 1.0}
-    for key, least in limits.items():
-        if key in values:
-            if not values[key] >= least:
-                raise ConfigError(f"{key}: {values[key]} is out of range, must be at least {least}")
-            wanted[key.replace("-", "_")] = values[key]
-    return replace(stop, **wanted)
+def _number(key: str, value: Any) -> float:
+    """The number of a key, within its range."""
+    try:
+        return RANGES[key].number(value)
+    except ValueError as error:
+        raise ConfigError(f"{key}: {error}") from None
 
 
 def _pass(table: Any, where: str) -> Pass:
@@ -191,7 +192,7 @@ def _option_of(kind: type[Pass], key: str) -> str:
     name = key.replace("-", "_")
     if name not in names:
         shown = [n.replace("_", "-") for n in names]
-        raise ConfigError(f"pass {kind.name} has no option {key!r}{_hint(key, shown)}")
+        raise ConfigError(f"pass {kind.name} has no option {key!r}{hint(key, shown)}")
     return name
 
 
@@ -214,9 +215,3 @@ def _converted(kind: type[Pass], name: str, value: Any, is_text: bool) -> Any:
     except (ValueError, OverflowError):
         shown = f"{kind.name}.{name.replace('_', '-')}"
         raise ConfigError(f"{shown}: {value!r} is not of type {wanted}") from None
-
-
-def _hint(key: str, known: Iterable[str]) -> str:
-    choices = list(known)
-    close = difflib.get_close_matches(key, choices, 1)
-    return f": did you mean {close[0]!r}?" if close else f"; known are {', '.join(choices)}"

@@ -27,12 +27,19 @@ DEFAULT_PRESET = "standard"
 
 @dataclass(frozen=True)
 class Preset:
-    """A pipeline by name; `build` makes it anew, for stop criteria and a dimension."""
+    """A pipeline by name; `build` makes it anew, for stop criteria and a dimension.
+
+    Attributes
+    ----------
+    all_measures : bool
+        Whether it is for more than one measure, so that a report tells the others too.
+    """
 
     name: str
     summary: str
     stop: Stop
     build: Callable[[Stop, int], tuple[Stage, ...]]
+    all_measures: bool = False
 
 
 def _audited(*stages: Stage) -> tuple[Stage, ...]:
@@ -162,6 +169,7 @@ PRESETS: dict[str, Preset] = {
             "as standard, then the worst cells one by one, with vertices where they help",
             Stop(10, 1e-2),
             _best,
+            all_measures=True,
         ),
     )
 }

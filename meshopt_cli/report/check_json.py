@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from .verdict import VALID, Verdict, statistics
+from .verdict import Verdict, statistics
 
 
 def to_json(verdicts: list[Verdict], with_statistics: bool = False) -> str:
@@ -19,7 +19,7 @@ def to_json(verdicts: list[Verdict], with_statistics: bool = False) -> str:
 def _file(verdict: Verdict) -> dict[str, Any]:
     value: dict[str, Any] = {
         "path": verdict.path,
-        "valid": verdict.status == VALID,
+        "valid": verdict.is_valid,
         "status": verdict.status,
     }
     if verdict.error:

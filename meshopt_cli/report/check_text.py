@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from .verdict import VALID, Verdict, statistics
+from ..validity.model import Rule
+from .verdict import Verdict, statistics
 
 
 def finding_lines(verdict: Verdict) -> Iterator[str]:
@@ -21,7 +22,7 @@ def finding_lines(verdict: Verdict) -> Iterator[str]:
 
 def last_line(verdict: Verdict) -> str:
     """Whether a file is valid, and how much was found."""
-    word = "valid" if verdict.status == VALID else "not valid"
+    word = "valid" if verdict.is_valid else "not valid"
     counts = ", ".join(
         _counted(verdict.total(severity), severity)
         for severity in ("error", "warning")
@@ -33,8 +34,8 @@ def last_line(verdict: Verdict) -> str:
 def summary_line(verdicts: list[Verdict]) -> str:
     """All files in one line."""
     kinds = {
-        "valid": sum(v.status == VALID for v in verdicts),
-        "not valid": sum(v.was_read and v.status != VALID for v in verdicts),
+        "valid": sum(v.is_valid for v in verdicts),
+        "not valid": sum(v.was_read and not v.is_valid for v in verdicts),
         "not checked": sum(not v.was_read for v in verdicts),
     }
     return f"{_counted(len(verdicts), 'file')}: " + ", ".join(
@@ -48,6 +49,15 @@ def statistics_lines(verdicts: list[Verdict], titles: dict[str, str]) -> Iterato
     width = max((len(f"{n:,}") for n in counts.values()), default=0)
     for code, n in counts.items():
         yield f"{n:>{width},} {code} {titles[code]}"
+
+
+def explanation(rule: Rule) -> str:
+    """All that there is to say of a rule."""
+    on_request = ", on request (--extend-select)" if rule.on_request else ""
+    lines = [f"{rule.code} {rule.title} ({rule.severity}{on_request})", rule.explanation]
+    if rule.source:
+        lines.append(f"Source: {rule.source}.")
+    return "\n".join([*lines, f"Fix: {rule.fix}"])
 
 
 def _counted(n: int, what: str) -> str:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from rich.console import Group, RenderableType
+from collections.abc import Iterable
+
+from rich.console import Console, Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
@@ -70,3 +72,19 @@ def render(report: Report, plain: bool = False, each_round: bool = False) -> Ren
         parts += ["", passes_table(report, each_round)]
     parts += ["", *(Text(line) for line in closing_lines(report))]
     return Group(*parts)
+
+
+def draw(console: Console, reports: Iterable[Report], plain: bool, each_round: bool) -> None:
+    """Print reports one below the other; see `render`."""
+    for i, report in enumerate(reports):
+        if i:
+            console.print()
+        console.print(render(report, plain, each_round))
+
+
+def to_text(reports: Iterable[Report], each_round: bool = False) -> str:
+    """The reports as one text without colours."""
+    console = Console(width=120, color_system=None, highlight=False, emoji=False, markup=False)
+    with console.capture() as capture:
+        draw(console, reports, plain=False, each_round=each_round)
+    return capture.get()

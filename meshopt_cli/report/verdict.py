@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-VALID, BAD = 0, 1  # the exit status of a file that could be read
+from ..errors import EXIT_BAD_MESH, EXIT_DONE
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Verdict:
     ----------
     path : str
     status : int
-        `VALID`, `BAD`, or the exit status of what went wrong.
+        `EXIT_DONE`, `EXIT_BAD_MESH`, or the exit status of what went wrong.
     checked : tuple of str
         Codes of the rules that were looked for.
     counts : dict of str to int
@@ -89,8 +89,12 @@ class Verdict:
     error: str = ""
 
     @property
+    def is_valid(self) -> bool:
+        return self.status == EXIT_DONE
+
+    @property
     def was_read(self) -> bool:
-        return self.status in (VALID, BAD)
+        return self.status in (EXIT_DONE, EXIT_BAD_MESH)
 
     def total(self, severity: str) -> int:
         """How many places break rules of a severity."""

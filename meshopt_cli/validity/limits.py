@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -72,6 +72,39 @@ class Gates:
 
 
 NO_GATES = Gates()
+
+
+def gates_of(
+    fail_above: float | None = None,
+    measure: str | None = None,
+    min_angle: float | None = None,
+    max_angle: float | None = None,
+    min_size: float | None = None,
+    max_aspect: float | None = None,
+    gates: Iterable[str] = (),
+) -> Gates:
+    """The limits that have options of their own, and all others as `limit_of` reads them.
+
+    Raises
+    ------
+    ConfigError
+        A gate that cannot be understood, or a measure that there is not.
+    """
+    if measure is not None:
+        from ..quality.summary import measure_named
+
+        measure_named(measure)
+    limits = [limit_of(text) for text in gates]
+    both = ("dihedral", "corner")
+    if min_angle is not None:
+        limits += [Limit(f"{kind}-min", True, min_angle, code="M402") for kind in both]
+    if max_angle is not None:
+        limits += [Limit(f"{kind}-max", False, max_angle, code="M402") for kind in both]
+    if min_size is not None:
+        limits.append(Limit("edge-min", True, min_size, code="M403"))
+    if max_aspect is not None:
+        limits.append(Limit("aspect-ratio", False, max_aspect))
+    return Gates(fail_above, measure, tuple(limits))
 
 
 def limit_of(text: str) -> Limit:

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 
 from meshopt_cli.cli import output, terminal
+from meshopt_cli.report.outputs import NORMAL, OUTPUTS, Manner
 from meshopt_cli.report.rows import (
     HEADINGS,
     closing_lines,
@@ -16,13 +17,13 @@ from meshopt_cli.report.rows import (
     pass_rows,
     percent_row,
 )
-from meshopt_cli.report.table import BAR_WIDTH, BLOCKS, PLAIN_BLOCKS, bar
+from meshopt_cli.report.table import BAR_WIDTH, BLOCKS, PLAIN_BLOCKS, bar, to_text
 from support.reports import OF_A_RUN, both_kinds, ranks, report, summary
 
 
 @both_kinds
 def test_the_table_has_the_rows_of_the_report(one):
-    lines = [line.split() for line in output.as_text([one], "table").splitlines()]
+    lines = [line.split() for line in to_text([one]).splitlines()]
     assert [word for heading in HEADINGS for word in heading.split()] in lines
     for name, s in named_rows(one):
         assert [name, *percent_row(s)] in lines
@@ -33,7 +34,7 @@ def test_the_table_has_the_rows_of_the_report(one):
 
 @both_kinds
 def test_the_first_and_the_last_lines_are_not_broken(one):
-    lines = output.as_text([one], "table").splitlines()
+    lines = to_text([one]).splitlines()
     last = closing_lines(one)
     assert lines[0] == one.title
     assert lines[-len(last) :] == last
@@ -44,11 +45,11 @@ def test_a_long_run_does_not_break_the_last_lines():
     seconds = {"read": 12345.67, "optimize": 123456.78, "write": 12345.67}
     before, after = summary(n_points=10**7), summary(n_points=10**6)
     one = report(before, after, seconds=seconds, stopped="target quality")
-    assert output.as_text([one], "table").splitlines()[-2:] == closing_lines(one)
+    assert to_text([one]).splitlines()[-2:] == closing_lines(one)
 
 
 def test_each_round_is_shown_when_asked():
-    short, long = (output.as_text([OF_A_RUN], "table", verbosity) for verbosity in (0, 1))
+    short, long = (OUTPUTS["table"].text([OF_A_RUN], Manner(verbosity)) for verbosity in (0, 1))
     assert len(re.findall("^smooth ", short, re.M)) == 1
     assert len(re.findall("^smooth ", long, re.M)) == 2
 
@@ -87,16 +88,7 @@ def test_the_table_is_ascii_where_the_terminal_is(monkeypatch, one, encoding, bl
     monkeypatch.delenv("TERM", raising=False)
     stdout = io.TextIOWrapper(io.BytesIO(), encoding, write_through=True)
     monkeypatch.setattr("sys.stdout", stdout)
-    output.print_report([one], "table")
+    output.print_reports([one], OUTPUTS["table"], NORMAL)
     text = stdout.buffer.getvalue().decode(encoding)
     assert blocks[0] * 10 in text
     assert text.isascii() == (encoding == "ascii")
-
-
-def test_every_form_is_reached_by_a_suffix(tmp_path):
-    for suffix, form in output.SUFFIXES.items():
-        path = tmp_path / f"r{suffix.upper()}"
-        assert output.form_of(path) == form
-        output.write_reports((path,), [OF_A_RUN])
-        assert path.read_text(encoding="utf-8") == output.as_text([OF_A_RUN], form)
-        assert path.read_bytes().endswith(b"\n")

@@ -1,0 +1,163 @@
+"""One optimization from file to file, without a word to the terminal."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from itertools import pairwise
+from pathlib import Path
+
+from .. import formats
+from ..boundary.policy import Fixed, Policy
+from ..errors import EXIT_BAD_MESH, BadMeshError, ConfigError, naming
+from ..formats import PIPE, Written
+from ..mesh.tags import with_regions
+from ..passes import Observer
+from ..plans.config import Request, plan_for
+from ..report.model import Report
+from ..report.verdict import Verdict
+from .admission import InvalidMeshError, require_simplices
+from .findings import verdict_on
+from .optimize import Result, optimize
+from .report import report_of
+
+
+class InvalidFileError(BadMeshError):
+    """The mesh of the file breaks a rule of severity error; `verdict` says which and where."""
+
+    def __init__(self, message: str, verdict: Verdict) -> None:
+        super().__init__(message)
+        self.verdict = verdict
+
+
+@dataclass(frozen=True)
+class FileTask:
+    """What to optimize, how, and where the result goes.
+
+    Attributes
+    ----------
+    input, output : Path
+        `formats.PIPE` stands for stdin and stdout; see `place_of`.
+    request : Request
+        The pipeline and the measure.
+    policy : Policy
+        What of the boundary stays.
+    fail_above : float, optional
+        Write nothing where a cell stays worse than this Q.
+    input_format, file_format : str, optional
+        Keys of `FORMATS`, whatever the names of the files say.
+    binary : bool, optional
+        Write text or binary; as the input was where it is left out.
+    regions : tuple of str
+        Arrays that make regions; all tags where there are none.
+    no_data : bool
+        Drop all arrays but tags.
+    all_measures : bool
+        Tell the worst Q by every measure, and the angles that the boundary forces; so do
+        pipelines that are for them.
+    """
+
+    input: Path
+    output: Path
+    request: Request = field(default_factory=Request)
+    policy: Policy = field(default_factory=Fixed)
+    fail_above: float | None = None
+    input_format: str | None = None
+    file_format: str | None = None
+    binary: bool | None = None
+    regions: tuple[str, ...] = ()
+    no_data: bool = False
+    all_measures: bool = False
+
+
+@dataclass(frozen=True)
+class FileResult:
+    """An optimized mesh, what is to be said of it, and its file; None where it was too bad."""
+
+    result: Result
+    report: Report
+    written: Written | None
+
+
+def optimize_file(
+    task: FileTask,
+    observer: Observer | None = None,
+    prepare: Callable[[Iterable[str]], None] | None = None,
+) -> FileResult:
+    """Read a mesh, optimize it, and write it where it is good enough.
+
+    Parameters
+    ----------
+    prepare : function of groups of kernels, optional
+        Called with those that the run needs, before it starts; else they compile as they are
+        called.
+
+    Raises
+    ------
+    ConfigError
+        Something of the task is wrong; most of it is found before the file is read.
+    ReadError, WriteError
+        A file cannot be read, or written.
+    InvalidFileError
+        The mesh is not valid.
+    BadMeshError, UnsupportedMeshError, InvariantError
+        See `optimize`.
+    """
+    plan_for(task.request)  # what is wrong with it is said before the mesh is read
+    formats.require_place(task.output)
+    clock = [time.perf_counter()]
+    mesh, source = formats.read(task.input, task.input_format)
+    try:
+        with naming(task.input):
+            require_simplices(mesh)
+            if task.regions:
+                mesh = with_regions(mesh, task.regions)
+        plan = plan_for(task.request, mesh.dimension())
+        encoding = formats.encoding_for(task.output, source.encoding, task.file_format, task.binary)
+        clock.append(time.perf_counter())
+        if prepare is not None:
+            prepare(plan.kernels())
+        with naming(task.input):
+            result = optimize(
+                mesh,
+                plan.pipeline,
+                plan.measure,
+                observer,
+                task.all_measures or plan.all_measures,
+                not task.no_data,
+                task.policy,
+            )
+    except InvalidMeshError as error:
+        verdict = verdict_on(task.input, source, error.mesh, error.report, EXIT_BAD_MESH)
+        raise InvalidFileError(str(error), verdict) from error
+    clock.append(time.perf_counter())
+    is_bad = task.fail_above is not None and result.after.worst > task.fail_above
+    written = None if is_bad else formats.write(task.output, result.mesh, encoding)
+    clock.append(time.perf_counter())
+    times = (b - a for a, b in pairwise(clock))
+    seconds = dict(zip(("read", "optimize", "write"), times, strict=True))
+    return FileResult(result, report_of(source, result, seconds, written), written)
+
+
+def place_of(input: Path, output: Path | None, in_place: bool) -> Path:
+    """Where the result goes.
+
+    Raises
+    ------
+    ConfigError
+        The output is missing, or is the input without `in_place`.
+    """
+    if output is None:
+        if input == PIPE:
+            raise ConfigError("OUTPUT is missing: - is stdout")
+        if not in_place:
+            raise ConfigError("OUTPUT is missing (with --in-place it may be)")
+        return input
+    if PIPE in (input, output):
+        return output
+    same = os.path.exists(output) and os.path.exists(input) and os.path.samefile(input, output)
+    if same and not in_place:
+        raise ConfigError(f"{output} is the input itself: add --in-place to replace it")
+    return output

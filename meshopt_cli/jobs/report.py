@@ -1,0 +1,85 @@
+"""Reports: of the mesh in a file, and of an optimization."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+from pathlib import Path
+
+from .. import __version__, formats
+from ..errors import BadMeshError, naming
+from ..formats import Source, Written
+from ..plans.pipeline import Line
+from ..quality.partial import measurable
+from ..quality.summary import MEASURES, Measure, summarize
+from ..report.model import FileFacts, PassFacts, Report
+from ..validity import check
+from .optimize import Result
+
+log = logging.getLogger("meshopt")
+
+# Rules without which cells have no shape to measure.
+READABLE = ("M00",)
+
+
+def report_on(path: Path, measure: Measure, all_measures: bool = False) -> Report:
+    """The figures of the mesh in a file; what they leave out is logged as a warning.
+
+    Parameters
+    ----------
+    all_measures : bool
+        Whether the worst Q by every measure is wanted.
+
+    Raises
+    ------
+    ReadError
+        The file cannot be read.
+    BadMeshError, UnsupportedMeshError
+        There are no simplices in it to measure.
+    """
+    mesh, source = formats.read(path)
+    with naming(path):
+        if not check(mesh, READABLE).is_valid:
+            raise BadMeshError("the mesh is not valid: see meshopt check")
+        part = measurable(mesh)
+        others = tuple(MEASURES.values()) if all_measures else ()
+        summary = replace(summarize(part.simplices, measure, others), n_points=part.n_points)
+    for note in part.notes:
+        log.warning("%s: %s", path, note)
+    return Report(__version__, facts_of(source), summary)
+
+
+def report_of(
+    source: Source, result: Result, seconds: dict[str, float], written: Written | None
+) -> Report:
+    """What is to be said of an optimization; `written` is None when nothing was."""
+    return Report(
+        __version__,
+        facts_of(source),
+        result.before,
+        None if written is None else facts_of(written),
+        result.after,
+        tuple(_pass_facts(line) for line in result.lines),
+        result.stopped,
+        seconds,
+        () if written is None else written.lost,
+    )
+
+
+def facts_of(source: Source) -> FileFacts:
+    """What a report says of a file."""
+    return FileFacts(str(source.path), source.encoding.format, source.sha256)
+
+
+def _pass_facts(line: Line) -> PassFacts:
+    tally, least = line.tally, line.standing.worst
+    return PassFacts(
+        line.round,
+        tally.name,
+        tally.visited,
+        tally.applied,
+        tally.refused,
+        tally.seconds,
+        1.0 / least if least > 0 else float("inf"),
+        line.standing.mean,
+    )
