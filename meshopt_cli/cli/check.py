@@ -118,7 +118,7 @@ def _task(
     **gates: Any,
 ):
     from ..jobs.check import Task
-    from ..validity import gates_of
+    from ..quality.gates import gates_of
 
     codes = (select or (), ignore or (), extend or ())
     return Task(*codes, gates_of(**gates), tolerance, limit or None, mark, verbosity)

@@ -2,47 +2,76 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import fields
+from typing import TYPE_CHECKING
 
 import click
 
-TABLES = ("passes", "measures", "formats", "rules", "presets")
+if TYPE_CHECKING:
+    from ..quality.measures import Measure
+
+Row = tuple[str, ...]
 
 
-def names(table: str) -> list[str]:
-    """The names in a table."""
-    return [row[0] for row in rows(table)]
+def _passes() -> list[Row]:
+    from ..passes import PASSES
+
+    return [(p.name, p.summary) for p in PASSES.values()]
 
 
-def rows(table: str) -> list[tuple[str, ...]]:
-    """A table as lines: the name first, then what there is to say."""
-    if table == "passes":
-        from ..passes import PASSES
+def _measures() -> list[Row]:
+    from ..quality.measures import MEASURES
 
-        return [(p.name, p.summary) for p in PASSES.values()]
-    if table == "measures":
-        from ..quality.summary import MEASURES
+    return [(m.name, m.formula, m.unit, _sources(m), _use(m)) for m in MEASURES.values()]
 
-        return [
-            (m.name, m.formula, f"({m.equations[0]}), ({m.equations[1]})",
-             "" if m.drives else "for reports only")
-            for m in MEASURES.values()
-        ]  # fmt: skip
-    if table == "formats":
-        from ..formats import FORMATS
 
-        return [(f.name, " ".join(f.extensions), f.description) for f in FORMATS.values()]
-    if table == "rules":
-        from ..validity import RULES
+def _sources(measure: Measure) -> str:
+    """The families that have a measure, those with one source together."""
+    families: dict[str, list[str]] = {}
+    for family, way in measure.ways.items():
+        families.setdefault(way.source, []).append(family)
+    return "; ".join(
+        ", ".join(names) + (f" ({source})" if source else "") for source, names in families.items()
+    )
 
-        return [
-            (r.code, f"{r.severity}{', on request' if r.on_request else ''}", r.title,
-             r.explanation, r.source)
-            for r in RULES.values()
-        ]  # fmt: skip
+
+def _use(measure: Measure) -> str:
+    if measure.drives:
+        return ""
+    return "for reports and gates only" if measure.is_quality else "for gates only"
+
+
+def _formats() -> list[Row]:
+    from ..formats import FORMATS
+
+    return [(f.name, " ".join(f.extensions), f.description) for f in FORMATS.values()]
+
+
+def _rules() -> list[Row]:
+    from ..validity import RULES
+
+    return [
+        (r.code, f"{r.severity}{', on request' if r.on_request else ''}", r.title,
+         r.explanation, r.source)
+        for r in RULES.values()
+    ]  # fmt: skip
+
+
+def _presets() -> list[Row]:
     from ..plans.presets import PRESETS
 
     return [(p.name, p.summary) for p in PRESETS.values()]
+
+
+# Each table as lines: the name first, then what there is to say.
+TABLES: dict[str, Callable[[], list[Row]]] = {
+    "passes": _passes,
+    "measures": _measures,
+    "formats": _formats,
+    "rules": _rules,
+    "presets": _presets,
+}
 
 
 def option_rows(name: str) -> list[tuple[str, str, str]]:
@@ -58,7 +87,7 @@ def option_rows(name: str) -> list[tuple[str, str, str]]:
 
 
 @click.command("list")
-@click.argument("table", type=click.Choice(TABLES))
+@click.argument("table", type=click.Choice(list(TABLES)))
 def command(table: str) -> None:
     """List passes, measures, formats, rules or presets."""
     from rich.table import Table
@@ -66,7 +95,7 @@ def command(table: str) -> None:
     from .terminal import report_console
 
     grid = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
-    shown = rows(table)
+    shown = TABLES[table]()
     for column in range(len(shown[0])):
         grid.add_column(no_wrap=column == 0)
     for row in shown:

@@ -35,7 +35,7 @@ def command(
     else:
         row = OUTPUTS["table"]
     from ..jobs.report import report_on
-    from ..quality.summary import DEFAULT_MEASURE, measure_named
+    from ..quality.measures import DEFAULT_MEASURE, measure_named
     from .output import print_reports
     from .terminal import compile_kernels
 

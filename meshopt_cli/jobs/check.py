@@ -14,16 +14,15 @@ from pathlib import Path
 from ..cells import family_of
 from ..errors import EXIT_BAD_MESH, EXIT_DONE, EXIT_FILES, ConfigError, MeshoptError, ReadError
 from ..mesh.model import Mesh, top_blocks
+from ..quality.gates import Gates
 from ..report.verdict import Verdict
-from ..validity import Gates, Report, check, choose
-from ..validity.limits import QUANTITIES, families_of
+from ..validity import Report, check, choose
 from .findings import verdict_on
 
 # Files smaller than this together are not worth another process.
 SMALL = 4 << 20
-# Limits that stand for one quantity in the plane and another in space: one of them is idle.
+# Limits that stand for one measure in the plane and another in space: one of them is idle.
 PAIRED = ("M402",)
-DEFAULT_NAME = "Q"
 LARGE = 5 << 20  # bytes of a file that may hold more cells than numpy alone deals with
 
 log = logging.getLogger("meshopt")
@@ -94,7 +93,7 @@ def files_in(paths: tuple[Path, ...]) -> list[Path]:
 
 def needs_kernels(files: Iterable[Path], gates: Gates) -> bool:
     """Whether compiled code will be called: for measures, and for large meshes."""
-    if gates.fail_above is not None or any(x.quantity not in QUANTITIES for x in gates.limits):
+    if any(limit.measure.is_compiled for limit in gates.limits):
         return True
     return any(path.is_file() and path.stat().st_size > LARGE for path in files)
 
@@ -132,14 +131,12 @@ def examine(path: Path, task: Task) -> Verdict:
 
 
 def _warn_of_idle_gates(path: Path, mesh: Mesh, gates: Gates) -> None:
-    """Say which limits are on a quantity that no cell of the mesh has."""
+    """Say which limits are on a measure that no cell of the mesh has."""
     types = {block.type for block in top_blocks(mesh)}
     families = {family.name if (family := family_of(t)) else t for t in types}
-    names = [x.quantity for x in gates.limits if x.code not in PAIRED]
-    if gates.fail_above is not None:
-        names.append(gates.measure or DEFAULT_NAME)
-    for name in dict.fromkeys(names):
-        if families and not families & set(families_of(name)):
+    named = {limit.name: limit for limit in gates.limits if limit.code not in PAIRED}
+    for name, limit in named.items():
+        if families and not families & set(limit.measure.ways):
             kinds = ", ".join(sorted(families))
             log.warning("%s: no gate on %s holds for cells of type %s", path, name, kinds)
 

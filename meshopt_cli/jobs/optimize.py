@@ -15,7 +15,9 @@ from ..mesh.tags import tags_of
 from ..passes import Observer
 from ..plans.improve import Worked, improve
 from ..plans.pipeline import TANGLED, Line, Pipeline
-from ..quality.summary import MEASURES, Measure, Summary, forced_angles, summarize
+from ..quality.measures import QUALITIES, Measure
+from ..quality.summary import Summary, summarize
+from ..quality.target import forced_angles
 from ..transfer.carry import carry
 from .admission import InvalidMeshError, admit, require_range, require_simplices
 
@@ -93,7 +95,7 @@ def optimize(
         The result is not what it must be: a bug, and nothing to be used.
     """
     start = time.perf_counter()
-    others = tuple(MEASURES.values()) if with_all_measures else ()
+    others = tuple(QUALITIES.values()) if with_all_measures else ()
     prepared = prepare(mesh, pipeline, measure, policy, others)
     before, boundary = prepared.before, prepared.boundary
     worked = improve(

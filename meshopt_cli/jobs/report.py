@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import replace
 from pathlib import Path
 
 from .. import __version__, formats
 from ..errors import BadMeshError, naming
 from ..formats import Source, Written
 from ..plans.pipeline import Line
+from ..quality.measures import QUALITIES, Measure
 from ..quality.partial import measurable
-from ..quality.summary import MEASURES, Measure, summarize
+from ..quality.summary import summarize
 from ..report.model import FileFacts, PassFacts, Report
 from ..validity import check
 from .optimize import Result
@@ -42,8 +42,8 @@ def report_on(path: Path, measure: Measure, all_measures: bool = False) -> Repor
         if not check(mesh, READABLE).is_valid:
             raise BadMeshError("the mesh is not valid: see meshopt check")
         part = measurable(mesh)
-        others = tuple(MEASURES.values()) if all_measures else ()
-        summary = replace(summarize(part.simplices, measure, others), n_points=part.n_points)
+        others = tuple(QUALITIES.values()) if all_measures else ()
+        summary = summarize(part.simplices, measure, others)
     for note in part.notes:
         log.warning("%s: %s", path, note)
     return Report(__version__, facts_of(source), summary)

@@ -10,7 +10,7 @@ from typing import Any
 
 from ..errors import ConfigError
 from ..passes import PASSES, Pass
-from ..quality.summary import DEFAULT_MEASURE, Measure, measure_named
+from ..quality.measures import DEFAULT_MEASURE, Measure, measure_named
 from .pipeline import Pipeline, Repeat, Sequence, Stage
 from .presets import DEFAULT_PRESET, pass_named, preset_named
 from .ranges import RANGES

@@ -8,18 +8,15 @@ import numpy as np
 
 from ..cells import FAMILIES, SIMPLICES, family_of
 from ..errors import UnsupportedMeshError
-from ..mesh import adjacency
 from ..mesh.cast import Simplices, cast
 from ..mesh.model import Array, Block, Mesh, declared, main_type, top_blocks
 from ..mesh.plane import plane_of, precision_of, with_depth
-from ..mesh.sizes import unfolded
 
 
 class Part(NamedTuple):
-    """The simplices of a mesh, how many vertices they have, and what of it they leave out."""
+    """The simplices of a mesh, and what of it they leave out."""
 
     simplices: Simplices
-    n_points: int
     notes: tuple[str, ...]
 
 
@@ -35,7 +32,7 @@ def measurable(mesh: Mesh) -> Part:
     -------
     Part
         With the simplices of `cast`, if it takes the mesh. Else those of highest dimension; of
-        second-order ones the corners, of triangles in space each by itself in a plane.
+        second-order ones the corners; triangles of a surface stay in space, with no `frame`.
 
     Raises
     ------
@@ -47,16 +44,28 @@ def measurable(mesh: Mesh) -> Part:
         main_type(mesh)
     except UnsupportedMeshError:
         mesh, notes = _simplices_only(mesh)
-    n_points = 0
     if mesh.dimension() == 2:
         cells = declared(mesh, main_type(mesh))
         points = with_depth(mesh.points)
         if plane_of(points, cells, precision_of(mesh.points)) is None:
             notes.append("each triangle of the surface is measured in its own plane")
-            n_points = len(adjacency.distinct(cells))
-            mesh = _side_by_side(points, cells)
-    simplices = cast(mesh)
-    return Part(simplices, n_points or len(adjacency.distinct(simplices.cells)), tuple(notes))
+            return Part(_surface(points, cells), tuple(notes))
+    return Part(cast(mesh), tuple(notes))
+
+
+def _surface(points: Array, triangles: Array) -> Simplices:
+    """Triangles in space, of which nothing is known but where they are."""
+    return Simplices(
+        points,
+        triangles,
+        region=np.zeros(len(triangles), np.int64),
+        fixed=np.zeros(len(points), bool),
+        facets=np.empty((0, 2), np.int64),
+        edges=np.empty((0, 2), np.int64),
+        frame=None,
+        single=False,
+        turned=False,
+    )
 
 
 def _simplices_only(mesh: Mesh) -> tuple[Mesh, list[str]]:
@@ -76,9 +85,3 @@ def _simplices_only(mesh: Mesh) -> tuple[Mesh, list[str]]:
     if curved:
         notes.append(f"{curved:,} cells of higher order are measured by their corners")
     return Mesh(mesh.points, kept, regions=mesh.regions), notes
-
-
-def _side_by_side(points: Array, triangles: Array) -> Mesh:
-    """Triangles of space, each in the plane z = 0 with points of its own."""
-    flat, cells = unfolded(points, triangles)
-    return Mesh(flat[:, :2], [Block(SIMPLICES[2], cells)])

@@ -11,8 +11,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from ..mesh.model import Mesh
+from ..quality.gates import NO_GATES, Gates, Limit, limit_of
 from .examination import Examination
-from .limits import NO_GATES, Gates, Limit, gates_of, limit_of
 from .model import (
     ARRAYS,
     ERROR,
@@ -27,7 +27,7 @@ from .model import (
 from .rules import RULES, choose
 
 __all__ = ["ARRAYS", "ERROR", "NO_GATES", "RULES", "SEARCH", "WARNING", "Finding", "Gates"]
-__all__ += ["Group", "Limit", "Places", "Report", "Rule", "check", "choose", "gates_of", "limit_of"]
+__all__ += ["Group", "Limit", "Places", "Report", "Rule", "check", "choose", "limit_of"]
 
 
 def check(

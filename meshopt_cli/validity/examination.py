@@ -8,10 +8,10 @@ import numpy as np
 
 from ..mesh.adjacency import same_direction
 from ..mesh.model import Array, Mesh
+from ..quality.gates import NO_GATES, Gates
 from . import contact
 from .boundary import Domain, domain_of
 from .coincidence import first_points
-from .limits import NO_GATES, Gates
 from .shape import Shape, shape_of
 from .study import Study
 

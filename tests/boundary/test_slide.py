@@ -16,7 +16,7 @@ from meshopt_cli.mesh.model import Block, Mesh
 from meshopt_cli.passes import PASSES, Silent
 from meshopt_cli.plans.pipeline import Pipeline
 from meshopt_cli.plans.presets import PRESETS
-from meshopt_cli.quality.summary import MEASURES
+from meshopt_cli.quality.measures import QUALITIES
 from meshopt_cli.work.workspace import Workspace
 from support.edits import halves
 from support.invariants import assert_whole, region_volumes, sorted_skin, volumes
@@ -24,7 +24,7 @@ from support.meshes import tet_grid, tri_grid
 from support.samples import sample
 from support.settings import examples
 
-MEASURE = MEASURES["aspect-ratio"]
+MEASURE = QUALITIES["aspect-ratio"]
 TOLERANCE = 1e-6
 
 

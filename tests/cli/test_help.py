@@ -11,7 +11,7 @@ from meshopt_cli.cli.main import COMMANDS, STATUSES, main
 from meshopt_cli.formats import FORMATS
 from meshopt_cli.passes import PASSES
 from meshopt_cli.plans.presets import PRESETS
-from meshopt_cli.quality.summary import MEASURES
+from meshopt_cli.quality.measures import QUALITIES
 from meshopt_cli.validity import RULES
 from support.processes import ESCAPE, outside
 
@@ -44,7 +44,7 @@ def test_version(meshopt):
     ("name", "table"),
     [
         ("passes", PASSES),
-        ("measures", MEASURES),
+        ("measures", QUALITIES),
         ("formats", FORMATS),
         ("rules", RULES),
         ("presets", PRESETS),

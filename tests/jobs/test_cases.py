@@ -22,7 +22,7 @@ from meshopt_cli.jobs import optimize as job
 from meshopt_cli.mesh.cast import cast
 from meshopt_cli.passes import PASSES
 from meshopt_cli.plans.config import Request, plan_for
-from meshopt_cli.quality.summary import cell_quality
+from meshopt_cli.quality.measures import cell_quality
 from support.samples import ROOT
 
 CASES = sorted((ROOT / "tests" / "cases").glob("*.toml"))

@@ -8,7 +8,7 @@ import pytest
 from meshopt_cli.kernels import accept
 from meshopt_cli.kernels.types import APPLIED, FIXED, NOT_BETTER
 from meshopt_cli.mesh.cast import cast
-from meshopt_cli.quality.summary import MEASURES
+from meshopt_cli.quality.measures import QUALITIES
 from support.edits import declaring_some, halves, shaken
 from support.invariants import workspace
 from support.meshes import (
@@ -153,7 +153,7 @@ def test_standing_still_is_no_change(patch, name):
         assert plan.verdict != APPLIED or moved > 1e-9
 
 
-@pytest.mark.parametrize("measure", MEASURES)
+@pytest.mark.parametrize("measure", QUALITIES)
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_every_measure(dimension, measure):
     """Plans tell the truth whatever measures quality."""

@@ -5,11 +5,11 @@ import pytest
 
 from meshopt_cli.mesh.cast import cast
 from meshopt_cli.mesh.order import BITS, hilbert
-from meshopt_cli.quality.summary import MEASURES
+from meshopt_cli.quality.measures import QUALITIES
 from meshopt_cli.work.workspace import Workspace
 from support.meshes import tet_grid
 
-ASPECT_RATIO = MEASURES["aspect-ratio"].judge
+ASPECT_RATIO = QUALITIES["aspect-ratio"].judge
 
 
 def test_curve_goes_from_neighbour_to_neighbour():

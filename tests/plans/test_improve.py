@@ -12,11 +12,11 @@ from meshopt_cli.mesh.cast import cast
 from meshopt_cli.plans.improve import improve
 from meshopt_cli.plans.pipeline import Pipeline
 from meshopt_cli.plans.presets import PRESETS
-from meshopt_cli.quality.summary import MEASURES
+from meshopt_cli.quality.measures import QUALITIES
 from support.edits import halves, shaken
 from support.meshes import tet_grid, tri_grid
 
-JUDGE = MEASURES["aspect-ratio"].judge
+JUDGE = QUALITIES["aspect-ratio"].judge
 
 
 def frozen(part):

@@ -31,11 +31,11 @@ from meshopt_cli.plans.pipeline import (
     Stop,
     WithAngles,
 )
-from meshopt_cli.quality.summary import MEASURES
+from meshopt_cli.quality.measures import QUALITIES
 from meshopt_cli.work.workspace import Workspace
 from support.samples import sample
 
-ASPECT_RATIO = MEASURES["aspect-ratio"].judge
+ASPECT_RATIO = QUALITIES["aspect-ratio"].judge
 
 
 @pytest.fixture

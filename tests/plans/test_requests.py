@@ -11,7 +11,7 @@ from meshopt_cli.passes import PASSES
 from meshopt_cli.plans.config import Request, plan_for
 from meshopt_cli.plans.pipeline import Repeat
 from meshopt_cli.plans.presets import DEFAULT_PRESET, PRESETS
-from meshopt_cli.quality.summary import DEFAULT_MEASURE, MEASURES
+from meshopt_cli.quality.measures import DEFAULT_MEASURE, QUALITIES
 from support.options import (
     OPTIONS,
     another,
@@ -38,7 +38,7 @@ def test_presets_begin_and_end_with_a_check(preset, dimension):
 def test_nothing_said_means_the_default_preset(dimension):
     plan = plan_for(Request(), dimension)
     assert plan.pipeline == plan_for(Request(preset=DEFAULT_PRESET), dimension).pipeline
-    assert plan.measure is MEASURES[DEFAULT_MEASURE]
+    assert plan.measure is QUALITIES[DEFAULT_MEASURE]
     assert plan.pipeline.time_limit == math.inf
 
 
@@ -67,7 +67,7 @@ def test_an_unknown_name_lists_those_that_are_known():
     for message, known in (
         (refused(preset="fats"), PRESETS),
         (refused(passes=("smooth", "swapp")), PASSES),
-        (refused(measure="aspect"), MEASURES),
+        (refused(measure="aspect"), QUALITIES),
     ):
         assert all(name in message for name in known)
 
@@ -79,10 +79,10 @@ def test_a_pipeline_comes_from_one_place(pair, tmp_path):
     assert all(f"--{name}" in message for name in pair)
 
 
-@pytest.mark.parametrize("name", MEASURES)
+@pytest.mark.parametrize("name", QUALITIES)
 def test_only_a_measure_that_drives_can_steer(name):
-    if MEASURES[name].drives:
-        assert plan_for(Request(measure=name)).measure is MEASURES[name]
+    if QUALITIES[name].drives:
+        assert plan_for(Request(measure=name)).measure is QUALITIES[name]
     else:
         assert name in refused(measure=name)
 

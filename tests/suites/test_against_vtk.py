@@ -6,8 +6,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from meshopt_cli.mesh.model import Mesh
+from meshopt_cli.quality.measures import MEASURES
 from meshopt_cli.validity import check
-from meshopt_cli.validity.limits import measured
 from support.meshes import hex_grid, mesh, quad_grid, tet_grid, tri_grid
 
 pyvista = pytest.importorskip("pyvista")
@@ -108,7 +108,7 @@ def test_contents_of_cells(kind, seed):
     of = jumbled(kind, seed, 0.05)
     points = np.zeros((len(of.points), 3))
     points[:, : of.points.shape[1]] = of.points
-    content = measured("content", points, of.blocks[0].cells, kind)
+    content = MEASURES["content"].of(points, of.blocks[0].cells, kind)
     sizes = to_vtk(of).compute_cell_sizes()
     name = "Area" if kind in ("triangle", "quad") else "Volume"
     # VTK divides a quad, or the face of a hexahedron, along one of its diagonals.
@@ -122,5 +122,5 @@ def test_angles_of_faces(kind, seed):
     of = jumbled(kind, seed, 0.05)
     points = np.column_stack([of.points, np.zeros(len(of.points))])
     for gate, name in (("corner-min", "min_angle"), ("corner-max", "max_angle")):
-        ours = measured(gate, points, of.blocks[0].cells, kind)
+        ours = MEASURES[gate].of(points, of.blocks[0].cells, kind)
         np.testing.assert_allclose(ours, quality(of, name), rtol=1e-7)

@@ -12,15 +12,9 @@ from hypothesis import strategies as st
 
 from meshopt_cli.kernels.search.target import best_over_face, estimate_targets
 from meshopt_cli.kernels.shape import simplex
-from meshopt_cli.quality.summary import (
-    MEASURES,
-    RANKS,
-    Summary,
-    as_degradation,
-    histogram,
-    summarize,
-    target,
-)
+from meshopt_cli.quality.measures import QUALITIES, as_degradation
+from meshopt_cli.quality.summary import RANKS, Summary, histogram, summarize
+from meshopt_cli.quality.target import target
 from support.chapter18 import (
     ASPECT_RATIO,
     TET,
@@ -162,7 +156,7 @@ def test_the_other_measures(regular, data):
 
 def test_the_list_of_measures_is_covered():
     """Every measure has a test above."""
-    assert set(MEASURES) == {"aspect-ratio", "volume-length", *ratios(TET)}
+    assert set(QUALITIES) == {"aspect-ratio", "volume-length", *ratios(TET)}
 
 
 def test_ranks():
@@ -196,7 +190,7 @@ def test_percentages_are_rounded_not_truncated():
 def test_a_summary_adds_up(name):
     """Q_T is the worst Q (18.3.3), ranks hold every cell, and no mesh beats its own best."""
     source = sample(name)
-    summary = summarize(source, ASPECT_RATIO, tuple(MEASURES.values()))
+    summary = summarize(source, ASPECT_RATIO, tuple(QUALITIES.values()))
     assert sum(summary.counts) == summary.n_cells == len(source.cells)
     assert sum(summary.percent) == pytest.approx(100)
     assert 1 <= summary.best <= summary.mean <= summary.worst

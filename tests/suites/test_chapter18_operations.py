@@ -19,7 +19,7 @@ from meshopt_cli.kernels.types import APPLIED
 from meshopt_cli.mesh import adjacency
 from meshopt_cli.passes.relax import target_degrees
 from meshopt_cli.passes.smooth import METHODS, RELAXATION, WEIGHTS
-from meshopt_cli.quality.summary import cell_quality
+from meshopt_cli.quality.measures import cell_quality
 from support import drivers
 from support.chapter18 import ASPECT_RATIO, TET, TRIANGLE, lengths, size
 from support.invariants import workspace

@@ -14,7 +14,9 @@ from meshopt_cli.mesh.cast import cast
 from meshopt_cli.passes import PASSES, Silent
 from meshopt_cli.plans.pipeline import Pipeline
 from meshopt_cli.plans.presets import PRESETS
-from meshopt_cli.quality.summary import MEASURES, histogram, target
+from meshopt_cli.quality.measures import QUALITIES
+from meshopt_cli.quality.summary import histogram
+from meshopt_cli.quality.target import target
 from meshopt_cli.work.workspace import Workspace
 from support.edits import declaring_some, halves, shaken, with_regions
 from support.invariants import assert_kept, snapshot, workspace
@@ -22,7 +24,7 @@ from support.meshes import tet_grid, tri_grid
 from support.samples import SAMPLE_NAMES, sample
 from support.settings import examples
 
-MEASURE = MEASURES["aspect-ratio"]
+MEASURE = QUALITIES["aspect-ratio"]
 TRIANGLE_SAMPLES = ("quadtree.vtk", "plate.vtu")
 
 
@@ -205,7 +207,7 @@ def test_bar_for_triangles(name, preset):
 
 
 @pytest.mark.parametrize(
-    "measure", [m for m in MEASURES.values() if m.drives], ids=lambda m: m.name
+    "measure", [m for m in QUALITIES.values() if m.drives], ids=lambda m: m.name
 )
 @pytest.mark.parametrize("name", ["triangles", "tets"])
 def test_every_measure_drives(name, measure):

@@ -8,7 +8,7 @@ import numpy as np
 from meshopt_cli import formats
 from meshopt_cli.formats import encoding_for
 from meshopt_cli.mesh.cast import cast
-from meshopt_cli.quality.summary import DEFAULT_MEASURE, MEASURES, cell_quality
+from meshopt_cli.quality.measures import DEFAULT_MEASURE, QUALITIES, cell_quality
 
 
 def write(path, one, encoding=None):
@@ -30,7 +30,7 @@ def untouched(folder):
 
 def worst_of(path, measure=DEFAULT_MEASURE):
     simplices = cast(formats.read(path)[0])
-    q = cell_quality(simplices.points, simplices.cells, MEASURES[measure])
+    q = cell_quality(simplices.points, simplices.cells, QUALITIES[measure])
     return 1.0 / q.min() if q.min() > 0 else np.inf
 
 

@@ -8,7 +8,7 @@ from meshopt_cli.kernels.audit import WHOLE, audit
 from meshopt_cli.mesh import adjacency
 from meshopt_cli.mesh.cast import Simplices, cast
 from meshopt_cli.mesh.model import Mesh
-from meshopt_cli.quality.summary import MEASURES
+from meshopt_cli.quality.measures import QUALITIES
 from meshopt_cli.work.workspace import Workspace
 
 
@@ -23,7 +23,7 @@ def volumes(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
 def workspace(patch: Mesh | Simplices, measure: str = "aspect-ratio") -> Workspace:
     """A patch as the kernels see it."""
     source = cast(patch) if isinstance(patch, Mesh) else patch
-    return Workspace(source, MEASURES[measure].judge, in_order=True)
+    return Workspace(source, QUALITIES[measure].judge, in_order=True)
 
 
 def snapshot(work: Workspace) -> dict[str, bytes]:

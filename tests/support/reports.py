@@ -7,7 +7,8 @@ import pytest
 from hypothesis import strategies as st
 
 from meshopt_cli.mesh.cast import cast
-from meshopt_cli.quality.summary import DEFAULT_MEASURE, MEASURES, Summary, cell_quality
+from meshopt_cli.quality.measures import DEFAULT_MEASURE, QUALITIES, cell_quality
+from meshopt_cli.quality.summary import Summary
 from meshopt_cli.report.model import FileFacts, PassFacts, Report
 
 INFINITE = math.inf
@@ -69,8 +70,8 @@ summaries = st.builds(
     angle_min=st.floats(0, 60),
     angle_max=st.floats(60, 180),
     dimension=st.sampled_from([2, 3]),
-    measure=st.sampled_from(list(MEASURES)),
-    worst_by_measure=st.dictionaries(st.sampled_from(list(MEASURES)), qualities),
+    measure=st.sampled_from(list(QUALITIES)),
+    worst_by_measure=st.dictionaries(st.sampled_from(list(QUALITIES)), qualities),
 )
 reports = st.builds(report, summaries) | st.builds(report, summaries, summaries)
 
@@ -86,7 +87,7 @@ def check_summary(value, one, measure=DEFAULT_MEASURE):
     """What is said of a mesh is so."""
     assert set(value) == SUMMARY_KEYS
     simplices = cast(one)
-    q = cell_quality(simplices.points, simplices.cells, MEASURES[measure])
+    q = cell_quality(simplices.points, simplices.cells, QUALITIES[measure])
     assert value["ne"] == len(simplices.cells)
     assert value["np"] == len(np.unique(simplices.cells))
     assert value["worst"] == pytest.approx(1 / q.min(), rel=1e-12)
@@ -94,7 +95,7 @@ def check_summary(value, one, measure=DEFAULT_MEASURE):
     assert value["mean"] == pytest.approx(np.mean(1 / q), rel=1e-12)
     assert value["invalid"] == 0
     assert value["measures"][measure] == value["worst"]
-    assert set(value["measures"]) == set(MEASURES)
+    assert set(value["measures"]) == set(QUALITIES)
     histogram = value["histogram"]
     assert set(histogram) == {"edges", "counts", "percent"}
     assert histogram["edges"] == [1, 2, 3, 10, None]

@@ -8,13 +8,9 @@ from ...cells import SIMPLICES
 from ...errors import ConfigError
 from ...mesh.model import Array
 from ...mesh.tags import TAG_NAMES
+from ...quality.gates import Limit
 from ..examination import Examination
-from ..limits import QUANTITIES, Limit, families_of, measured
 from ..model import ERROR, WARNING, Places, at_cells, rule
-
-
-def _nowhere() -> Places:
-    return Places(("",), cells=np.empty((0, 2), np.int64))
 
 
 @rule(
@@ -26,13 +22,7 @@ def _nowhere() -> Places:
     fix="Optimize the mesh, or mesh anew where the boundary forces bad cells.",
 )
 def find_worse(study: Examination) -> Places:
-    if study.gates.fail_above is None:
-        return _nowhere()
-    from ...quality.summary import DEFAULT_MEASURE, measure_named
-
-    measure = measure_named(study.gates.measure or DEFAULT_MEASURE)
-    limit = Limit(measure.name, False, study.gates.fail_above, code="M401")
-    return _beyond(study, [limit], lambda _: f"Q above {study.gates.fail_above:g}")
+    return _beyond(study, _limits(study, "M401"), lambda limit: f"Q above {limit.value:g}")
 
 
 @rule(
@@ -97,13 +87,12 @@ def _beyond(study: Examination, limits: list[Limit], message=None, families=()) 
     numbers, kinds = [np.empty(0, np.int64)], [np.empty(0, np.int64)]
     for kind, limit in enumerate(limits):
         chosen = None if limit.region is None else _cells_in(study, limit.region)
-        row = QUANTITIES.get(limit.quantity)
-        power = 0 if row is None else study.dimension if row.power is None else row.power
+        measure = limit.measure
+        scale = measure.power(study.dimension) * study.exponent
         for group in study.cell_sets:
-            if group.family not in (families or families_of(limit.quantity)):
+            if group.family not in (families or measure.ways):
                 continue
-            values = measured(limit.quantity, points, group.cells, group.family)
-            values = np.ldexp(values, power * study.exponent)
+            values = np.ldexp(measure.of(points, group.cells, group.family), scale)
             beyond = values < limit.value if limit.is_least else values > limit.value
             if chosen is not None:
                 beyond &= chosen[group.numbers]

@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
+from meshopt_cli.quality.measures import MEASURES
 from meshopt_cli.validity import limit_of
-from meshopt_cli.validity.limits import QUANTITIES, families_of, measured, quantities
 from support.edits import tagged
 from support.files import write
 from support.meshes import quad_grid, tet_grid
@@ -99,7 +99,7 @@ def test_a_gate_is_written_as_it_is_read():
         assert str(limit_of(text)) == text
 
 
-@pytest.mark.parametrize("name", quantities())
+@pytest.mark.parametrize("name", MEASURES)
 def test_quantities_of_the_regular_cells(name):
     height = np.sqrt(2 / 3)
     points = np.array([[0, 0, 0], [1, 0, 0], [0.5, np.sqrt(0.75), 0],
@@ -115,7 +115,7 @@ def test_quantities_of_the_regular_cells(name):
     for family, cells, expected in zip(
         ("triangle", "tetra"), ([[0, 1, 2]], [[0, 1, 2, 3]]), regular.get(name, (1, 1)), strict=True
     ):
-        assert (family in families_of(name)) == (expected is not None)
+        assert (family in MEASURES[name].ways) == (expected is not None)
         if expected is not None:
-            assert measured(name, points, np.array(cells), family) == pytest.approx(expected)
-    assert (name in QUANTITIES) == (name in regular or name.startswith("edge-m"))
+            assert MEASURES[name].of(points, np.array(cells), family) == pytest.approx(expected)
+    assert MEASURES[name].is_quality != (name in regular or name.startswith("edge-m"))

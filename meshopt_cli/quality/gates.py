@@ -1,0 +1,143 @@
+"""Limits that a user sets on measures, and how they are written."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from ..errors import ConfigError
+from .measures import DEFAULT_MEASURE, MEASURES, Measure, measure_named
+
+# A gate as it is written: a measure, a limit, and where it holds only in a region, that region.
+GATE = re.compile(r"\s*([a-z][a-z0-9-]*)\s*(<=|>=)\s*([^@\s]+)\s*(?:@\s*(.*\S)\s*)?")
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A limit on a measure of each cell.
+
+    Attributes
+    ----------
+    name : str
+        A key of `MEASURES`.
+    is_least : bool
+        Whether the value is the least allowed; else it is the greatest.
+    value : float
+        In degrees for angles, in the unit of the file for lengths.
+    region : str, optional
+        Name or tag of the only region where it holds.
+    code : str
+        The rule that reports it.
+    """
+
+    name: str
+    is_least: bool
+    value: float
+    region: str | None = None
+    code: str = "M404"
+
+    @property
+    def measure(self) -> Measure:
+        return MEASURES[self.name]
+
+    def __str__(self) -> str:
+        where = "" if self.region is None else f" @ {self.region}"
+        return f"{self.name} {'>=' if self.is_least else '<='} {self.value:g}{where}"
+
+
+@dataclass(frozen=True)
+class Gates:
+    """Limits that the user sets; None where there is none.
+
+    Attributes
+    ----------
+    fail_above : float or None
+        Greatest Q allowed (M401).
+    measure : str or None
+        By which measure; None means the default one.
+    others : tuple of Limit
+    """
+
+    fail_above: float | None = None
+    measure: str | None = None
+    others: tuple[Limit, ...] = ()
+
+    @property
+    def limits(self) -> tuple[Limit, ...]:
+        """All of them.
+
+        Raises
+        ------
+        ConfigError
+            There is no such measure.
+        """
+        if self.fail_above is None:
+            return self.others
+        name = measure_named(self.measure or DEFAULT_MEASURE).name
+        return (Limit(name, False, self.fail_above, code="M401"), *self.others)
+
+    @property
+    def codes(self) -> tuple[str, ...]:
+        """The rules that report what is beyond these limits."""
+        return tuple(sorted({limit.code for limit in self.limits}))
+
+
+NO_GATES = Gates()
+
+
+def limit_of(text: str) -> Limit:
+    """A limit as it is written: "dihedral-min>=10", "aspect-ratio<=5 @ steel".
+
+    Raises
+    ------
+    ConfigError
+        It has another form, or names no measure.
+    """
+    match = GATE.fullmatch(text)
+    try:
+        if match is None:
+            raise ValueError
+        value = float(match[3])
+        if not math.isfinite(value):
+            raise ValueError
+    except ValueError:
+        form = '"QUANTITY>=VALUE" or "QUANTITY<=VALUE", and "@ REGION" after it if it has one'
+        raise ConfigError(f"gate {text!r}: must be {form}") from None
+    if match[1] not in MEASURES:
+        known = ", ".join(MEASURES)
+        raise ConfigError(f"gate {text!r}: no quantity {match[1]!r}: choose one of {known}")
+    return Limit(match[1], match[2] == ">=", value, match[4])
+
+
+def gates_of(
+    fail_above: float | None = None,
+    measure: str | None = None,
+    min_angle: float | None = None,
+    max_angle: float | None = None,
+    min_size: float | None = None,
+    max_aspect: float | None = None,
+    gates: Iterable[str] = (),
+) -> Gates:
+    """The limits that have options of their own, and all others as `limit_of` reads them.
+
+    Raises
+    ------
+    ConfigError
+        A gate that cannot be understood, or a measure that there is not.
+    """
+    if measure is not None:
+        measure_named(measure)
+    limits = [limit_of(text) for text in gates]
+    # One of them is for solids, the other for faces.
+    both = ("dihedral", "corner")
+    if min_angle is not None:
+        limits += [Limit(f"{kind}-min", True, min_angle, code="M402") for kind in both]
+    if max_angle is not None:
+        limits += [Limit(f"{kind}-max", False, max_angle, code="M402") for kind in both]
+    if min_size is not None:
+        limits.append(Limit("edge-min", True, min_size, code="M403"))
+    if max_aspect is not None:
+        limits.append(Limit("aspect-ratio", False, max_aspect))
+    return Gates(fail_above, measure, tuple(limits))

@@ -1,0 +1,117 @@
+"""What the boundary of a mesh allows: the row `target` of Table 18.3, and the angles it forces."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..cells import SIMPLICES
+from ..kernels.search.target import best_over_face, estimate_targets
+from ..kernels.shape.angles import REGULAR_ANGLE_3
+from ..mesh import adjacency
+from ..mesh.cast import Simplices
+from ..mesh.model import Array
+from ..mesh.sizes import angles_between, area_vectors, contents
+from .measures import MEASURES, Measure, cell_quality
+
+# Shapes of boundary faces that are searched for the angles they force, among so many times as
+# many of the thinnest faces.
+N_SHAPES = 20
+FACES_PER_SHAPE = 50
+
+
+def target(simplices: Simplices, measure: Measure, most: int | None = None) -> float:
+    """Q of the best cell that the worst boundary facet allows (Table 18.3).
+
+    Over an edge of the plane this is the equilateral triangle. Over a triangle of space the
+    apex is searched for: first above the centroid for all faces, which gives a bound, then
+    everywhere for the faces whose bound is worst, until no other can be worse.
+
+    Parameters
+    ----------
+    most : int, optional
+        Search for no more shapes of faces than this, among the thinnest: what they force holds,
+        and others may force more.
+    """
+    if simplices.dimension == 2:
+        return 1.0
+    # Seen from inside, so that an apex on the side of the cell is above.
+    faces = simplices.skin
+    if most is not None and len(faces) > FACES_PER_SHAPE * most:
+        n = FACES_PER_SHAPE * most
+        faces = faces[np.argpartition(_thinness(simplices.points[faces]), n)[:n]]
+    bound = np.empty(len(faces))
+    estimate_targets(measure.judge, simplices.points, faces, bound)
+    worst = math.inf
+    # Regular grids have a few shapes of faces, many times over: each is searched once.
+    _, shape, _ = adjacency.distinct_rows(_shapes(simplices.points[faces]))
+    seen: set[int] = set()
+    for row in np.argsort(bound, kind="stable"):
+        if bound[row] >= worst or len(seen) == most:
+            break
+        if int(shape[row]) not in seen:
+            seen.add(int(shape[row]))
+            i, j, k = (int(v) for v in faces[row])
+            worst = min(worst, best_over_face(measure.judge, simplices.points, i, j, k))
+    return 1.0 / worst if 0.0 < worst < math.inf else math.inf
+
+
+def forced_angles(simplices: Simplices) -> tuple[float, float]:
+    """The least dihedral angle that the boundary lets be exceeded nowhere, and the greatest.
+
+    They follow from the worst boundary faces, as `target` does, and from the sharpest edges of
+    the boundary and of interfaces.
+
+    Returns
+    -------
+    least, greatest : float
+        Degrees: no mesh has all angles above the one, nor all below the other. 0 and 180 set
+        no limit.
+    """
+    if simplices.dimension == 2:
+        return 60.0, 60.0
+    regular = math.degrees(REGULAR_ANGLE_3)
+    least = regular / target(simplices, MEASURES["angle-min"], N_SHAPES)
+    greatest = 180.0 - (180.0 - regular) / target(simplices, MEASURES["angle-max"], N_SHAPES)
+    return min(least, _forced_by_edges(simplices)), greatest
+
+
+def _forced_by_edges(simplices: Simplices) -> float:
+    """Least angle in degrees that the edges where two facets of a region meet let be exceeded.
+
+    An edge has one tetrahedron, the one that both facets span, or several, of which one has at
+    most half the angle between the facets.
+    """
+    points, skin = simplices.points, simplices.skin
+    region = simplices.region[np.nonzero(simplices.neighbours < 0)[0]]
+    ends = adjacency.edges_of_triangles(skin)
+    keys = adjacency.row_keys(ends, len(points))
+    _, edge, n_facets = adjacency.distinct_rows(np.stack([keys, np.repeat(region, 3)], axis=1))
+    pairs = np.argsort(edge, kind="stable")
+    pairs = pairs[n_facets[edge[pairs]] == 2].reshape(-1, 2)
+    # Vertices of the tetrahedron that the facets span, seen from inside one of them.
+    tets = np.column_stack([ends[pairs[:, 0]], np.roll(skin, 1, axis=1).ravel()[pairs]])
+    is_convex = contents(points, tets, SIMPLICES[3]) > 0.0
+    if not is_convex.any():
+        return 180.0
+    tets = tets[is_convex]
+    one, other = (area_vectors(points, tets[:, [0, 1, apex]]) for apex in (2, 3))
+    between = np.degrees(angles_between(one, other))
+    alone = cell_quality(points, tets, MEASURES["angle-min"]) * math.degrees(REGULAR_ANGLE_3)
+    return float(np.maximum(alone, 0.5 * between).min())
+
+
+def _thinness(triangles: Array) -> Array:
+    """Area over the square of the longest side, (n,); triangles are (n, 3, 3)."""
+    sides = triangles - np.roll(triangles, 1, axis=1)
+    square = np.einsum("ijk,ijk->ij", sides, sides).max(axis=1)
+    area = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    return np.divide(area, square, out=np.zeros(len(area)), where=square > 0.0)
+
+
+def _shapes(triangles: Array) -> Array:
+    """Two numbers that are equal for similar triangles, (n, 2); triangles are (n, 3, 3)."""
+    sides = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2)
+    sides.sort(axis=1)
+    return np.round(sides[:, :2] / sides[:, 2:], 9)
