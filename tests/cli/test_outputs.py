@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 import pytest
 
-from meshopt_cli.boundary.policy import POLICIES
+from meshopt_cli.boundary.policy import POLICIES, TOLERANCE
 from meshopt_cli.cli.main import main
 from meshopt_cli.errors import ConfigError
 from meshopt_cli.jobs.optimize_file import FileTask, optimize_file
@@ -134,6 +134,8 @@ def test_the_options_offer_the_rows_of_the_tables():
     parameters = main.get_command(click.Context(main), "optimize").params
     (option,) = [p for p in parameters if p.name == "boundary"]
     assert list(option.type.choices) == list(POLICIES)
+    (option,) = [p for p in parameters if p.name == "slide_tolerance"]
+    assert option.default == TOLERANCE
 
 
 # What check finds ----------------------------------------------------------------------------
