@@ -11,7 +11,7 @@ import click
 from ..errors import EXIT_BAD_MESH, EXIT_DONE
 from ..report.outputs import CHECK_OUTPUTS, Manner
 from .check_config import Configured
-from .options import measure_option, names_in, number_option, verbosity_options
+from .options import measure_option, names_in, number_option, region_option, verbosity_options
 
 if TYPE_CHECKING:
     from ..report.verdict import Verdict
@@ -47,6 +47,7 @@ def gate_options(function: Callable[..., Any]) -> Callable[..., Any]:
 @click.option("--ignore", callback=names_in, metavar="CODES",
               help="All but these, by prefixes.")  # fmt: skip
 @gate_options
+@region_option
 @number_option("tolerance", metavar="T",
                help="Points nearer than T of the extent coincide; vertices nearer to a facet than "
                     "T of its size lie on it.")  # fmt: skip
@@ -115,13 +116,14 @@ def _task(
     tolerance: float | None,
     limit: int,
     mark: Path | None,
+    regions: tuple[str, ...],
     **gates: Any,
 ):
     from ..jobs.check import Task
     from ..quality.gates import gates_of
 
     codes = (select or (), ignore or (), extend or ())
-    return Task(*codes, gates_of(**gates), tolerance, limit or None, mark, verbosity)
+    return Task(*codes, gates_of(**gates), tolerance, limit or None, mark, verbosity, regions)
 
 
 def _noted(verdicts: Iterable[Verdict], statuses: list[int]) -> Iterator[Verdict]:

@@ -11,7 +11,7 @@ import click
 
 from ..errors import EXIT_BAD_MESH, EXIT_DONE
 from ..report.outputs import OUTPUTS, SUFFIXES, Manner, output_of, write_reports
-from .options import measure_option, names_in, number_option, verbosity_options
+from .options import measure_option, names_in, number_option, region_option, verbosity_options
 
 COMMAND_HELP = """Optimize the mesh in INPUT and write it to OUTPUT.
 
@@ -56,10 +56,7 @@ compressed; - stands for stdin or stdout, and then the report goes to stderr.
     "--binary/--ascii", default=None,
     help="Write binary or text, where the format has both; as INPUT was without.",
 )  # fmt: skip
-@click.option(
-    "--region", "regions", multiple=True, metavar="NAME",
-    help="An array of the cells that makes regions, instead of all tags; repeatable.",
-)  # fmt: skip
+@region_option
 @click.option(
     "--boundary", type=click.Choice(["fixed", "slide"]), default="fixed", show_default=True,
     help="What of the boundary stays: all of it, or its shape (planes and straight ridges).",

@@ -20,6 +20,14 @@ def measure_option(function: Callable[..., Any]) -> Callable[..., Any]:
     )(function)
 
 
+def region_option(function: Callable[..., Any]) -> Callable[..., Any]:
+    """`--region NAME`, repeatable, handed on as `regions`."""
+    return click.option(
+        "--region", "regions", multiple=True, metavar="NAME",
+        help="An array of the cells that makes regions, instead of all tags; repeatable.",
+    )(function)  # fmt: skip
+
+
 def _verbosity(ctx: click.Context, quiet: bool, verbose: bool) -> int:
     if quiet and verbose:
         raise click.UsageError("-q and -v exclude each other", ctx)

@@ -8,12 +8,13 @@ import click
 
 from ..errors import EXIT_DONE, MeshoptError
 from ..report.outputs import NORMAL, OUTPUTS, output_of, write_reports
-from .options import measure_option, verbosity_options
+from .options import measure_option, region_option, verbosity_options
 
 
 @click.command("report")
 @click.argument("meshes", nargs=-1, required=True, type=click.Path(path_type=Path))
 @measure_option
+@region_option
 @click.option(
     "--format", "form", type=click.Choice(list(OUTPUTS)),
     help="What the report looks like: as the suffix of the file says, or a table.",
@@ -23,6 +24,7 @@ from .options import measure_option, verbosity_options
 def command(
     meshes: tuple[Path, ...],
     measure: str | None,
+    regions: tuple[str, ...],
     form: str | None,
     output: Path | None,
     verbosity: int,
@@ -45,7 +47,7 @@ def command(
     status = EXIT_DONE
     for path in meshes:
         try:
-            reports.append(report_on(path, chosen, row.all_measures))
+            reports.append(report_on(path, chosen, row.all_measures, regions))
         except MeshoptError as error:
             click.echo(f"meshopt: {error}", err=True)
             status = max(status, error.exit_status)

@@ -14,6 +14,7 @@ from pathlib import Path
 from ..cells import family_of
 from ..errors import EXIT_BAD_MESH, EXIT_DONE, EXIT_FILES, ConfigError, MeshoptError, ReadError
 from ..mesh.model import Mesh, top_blocks
+from ..mesh.tags import with_regions
 from ..quality.gates import Gates
 from ..report.verdict import Verdict
 from ..validity import Report, check, choose
@@ -40,6 +41,7 @@ class Task:
     limit: int | None
     mark: Path | None
     verbosity: int
+    regions: tuple[str, ...] = ()
 
     @property
     def checked(self) -> tuple[str, ...]:
@@ -108,6 +110,8 @@ def examine(path: Path, task: Task) -> Verdict:
     except MeshoptError as error:
         return Verdict(str(path), error.exit_status, error=str(error))
     try:
+        if task.regions:
+            mesh = with_regions(mesh, task.regions)
         report: Report = check(
             mesh,
             task.select,

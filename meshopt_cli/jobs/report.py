@@ -8,6 +8,7 @@ from pathlib import Path
 from .. import __version__, formats
 from ..errors import BadMeshError, naming
 from ..formats import Source, Written
+from ..mesh.tags import with_regions
 from ..plans.pipeline import Line
 from ..quality.measures import QUALITIES, Measure
 from ..quality.partial import measurable
@@ -22,16 +23,22 @@ log = logging.getLogger("meshopt")
 READABLE = ("M00",)
 
 
-def report_on(path: Path, measure: Measure, all_measures: bool = False) -> Report:
+def report_on(
+    path: Path, measure: Measure, all_measures: bool = False, regions: tuple[str, ...] = ()
+) -> Report:
     """The figures of the mesh in a file; what they leave out is logged as a warning.
 
     Parameters
     ----------
     all_measures : bool
         Whether the worst Q by every measure is wanted.
+    regions : tuple of str
+        Arrays that make regions, if not all tags do: what lies between regions is boundary.
 
     Raises
     ------
+    ConfigError
+        The mesh has no such array.
     ReadError
         The file cannot be read.
     BadMeshError, UnsupportedMeshError
@@ -41,6 +48,8 @@ def report_on(path: Path, measure: Measure, all_measures: bool = False) -> Repor
     with naming(path):
         if not check(mesh, READABLE).is_valid:
             raise BadMeshError("the mesh is not valid: see meshopt check")
+        if regions:
+            mesh = with_regions(mesh, regions)
         part = measurable(mesh)
         others = tuple(QUALITIES.values()) if all_measures else ()
         summary = summarize(part.simplices, measure, others)
