@@ -81,12 +81,14 @@ def regions_of(blocks: list[Block], regions: tuple[str, ...] | None = None) -> A
     several blocks.
     """
     tags = tags_of(blocks, regions)
-    n_cells = sum(len(b.cells) for b in blocks)
-    if not tags:
-        return np.zeros(n_cells, dtype=np.int64)
-    rows = np.stack([tags[n].astype(np.int64) for n in tags], axis=1)
-    _, region, _ = adjacency.distinct_rows(rows)
-    return region
+    return combinations(tags) if tags else np.zeros(sum(len(b.cells) for b in blocks), np.int64)
+
+
+def combinations(tags: dict[str, Array]) -> Array:
+    """A number for each combination of the values of some arrays, one at least, (ne,) each."""
+    rows = np.stack([values.astype(np.int64) for values in tags.values()], axis=1)
+    _, number, _ = adjacency.distinct_rows(rows)
+    return number
 
 
 def flagged(values: Array) -> Array:

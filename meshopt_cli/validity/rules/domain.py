@@ -7,7 +7,7 @@ import numpy as np
 from ...cells import dimension_of, family_of
 from ...mesh.adjacency import row_ids
 from ...mesh.model import Array
-from ...mesh.tags import regions_of, tags_of
+from ...mesh.tags import combinations, tags_of
 from .. import boundary
 from ..examination import Examination
 from ..model import ERROR, SEARCH, WARNING, Places, at_cells, rule
@@ -242,10 +242,10 @@ def _regions(study: Examination) -> Array | None:
         for block, first in zip(mesh.blocks, study.offsets, strict=False)
         if len(block.cells) and dimension_of(block.type) == top
     ]
-    blocks = [block for block, _ in numbered]
-    if top < 2 or not tags_of(blocks, mesh.regions):
+    tags = tags_of([block for block, _ in numbered], mesh.regions)
+    if top < 2 or not tags:
         return None
-    number = regions_of(blocks, mesh.regions)
+    number = combinations(tags)
     region = np.full(study.n_cells, number.max() + 1)
     region[np.concatenate([numbers for _, numbers in numbered])] = number
     return region
