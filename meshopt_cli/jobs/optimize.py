@@ -131,7 +131,7 @@ def prepare(
     """
     require_simplices(mesh)
     require_range(mesh)
-    mesh, tangle = admit(mesh, any(step.name == "untangle" for step in pipeline.passes()))
+    mesh, tangle = admit(mesh, pipeline.mends_tangles)
     part = cast(mesh)
     before = summarize(part, measure, others)
     return Prepared(mesh, part, policy.bound_to(mesh, part), before, tangle)

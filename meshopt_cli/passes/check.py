@@ -12,7 +12,8 @@ from ..errors import InvariantError
 from ..kernels.audit import NOT_IN_BALL, NOT_MUTUAL, NOT_POSITIVE, NOT_SHARED, WHOLE, audit
 from ..kernels.shape.simplex import measure_cells
 from ..work.workspace import Workspace
-from .base import Observer, Pass, Tally, option
+from .base import Pass, option
+from .run import Run
 
 FAULTS = {
     NOT_POSITIVE: "is flat or inverted",
@@ -22,7 +23,7 @@ FAULTS = {
 }
 
 
-@dataclass
+@dataclass(frozen=True)
 class Check(Pass):
     """Prove that every cell is positive and knows its neighbours."""
 
@@ -34,7 +35,7 @@ class Check(Pass):
         choices=("refused", "allowed"),
     )  # fmt: skip
 
-    def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+    def sweep(self, work: Workspace, run: Run) -> None:
         """Audit the mesh.
 
         Raises

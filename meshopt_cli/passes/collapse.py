@@ -11,10 +11,11 @@ import numpy as np
 from ..kernels.operators.collapse import Collapse as How
 from ..kernels.operators.collapse import sweep_collapse
 from ..work.workspace import Workspace
-from .base import Observer, Operator, Tally, option
+from .base import Operator, option
+from .run import Run
 
 
-@dataclass
+@dataclass(frozen=True)
 class Collapse(Operator):
     """Remove internal vertices where the cells around them gain by it."""
 
@@ -35,16 +36,16 @@ class Collapse(Operator):
         0.8, "fewest vertices, over those of the input", least=0.0, most=1.0
     )
 
-    def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+    def sweep(self, work: Workspace, run: Run) -> None:
         how = How(self.rule, self.least(work), self.max_growth, self.placement == "any")
-        cells, quality = work.changed_cells(self.since(work, "edges"), self.limit)
+        cells, quality = work.changed_cells(work.since((self, "edges")), self.limit)
         order = self.ordered(work, cells, quality)
 
         spare = max(0, work.n_vertices - math.ceil(self.min_vertices * work.n_input_vertices))
-        most = tally.applied + spare
+        most = run.tally.applied + spare
 
         def kernel(chunk):
             anyone = np.full(len(chunk), -1, dtype=np.int64)
-            sweep_collapse(work.mesh, chunk, anyone, how, most, work.scratch, tally.counts)
+            sweep_collapse(work.mesh, chunk, anyone, how, most, work.scratch, run.tally.counts)
 
-        self.visit(work, order, kernel, tally, observer)
+        run.visit(work, order, kernel)

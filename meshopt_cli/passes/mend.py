@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from ..kernels.operators.mend import Mending, Remedy, sweep_mend
 from ..kernels.shape.classify import TetType
 from ..work.workspace import Workspace
-from .base import Observer, Operator, Pass, Tally, option, urgency, urgent_q
+from .base import Operator, Pass, option, urgency, urgent_q
+from .run import Run
 
 Array = np.ndarray
 
@@ -35,7 +36,7 @@ def remedy_table() -> np.ndarray:
     return table
 
 
-@dataclass
+@dataclass(frozen=True)
 class Remedial(Pass):
     """What passes share that try remedies on bad cells and undo what does not pay."""
 
@@ -45,21 +46,6 @@ class Remedial(Pass):
     )
     trials: int = option(4, "ways of a remedy that are carried out, the best first", least=1)
     steps: int = option(5, "improvements of what is around, after the first change", least=0)
-
-    def forget(self) -> None:
-        super().forget()
-        self._seen = np.empty(0, dtype=np.int64)
-
-    def memory(self) -> Any:
-        return super().memory(), self._seen
-
-    def recall(self, memory: Any) -> None:
-        since, self._seen = memory
-        super().recall(since)
-
-    def validate(self) -> None:
-        super().validate()
-        self.forget()
 
     def arranged(self, work: Workspace, cells: Array) -> Array:
         """The cells in the order of the visits: the worst first."""
@@ -72,8 +58,7 @@ class Remedial(Pass):
         limit: float,
         harm: float,
         urgent: float,
-        tally: Tally,
-        observer: Observer,
+        run: Run,
     ) -> None:
         """Visit those cells around which something changed since they were visited last.
 
@@ -87,13 +72,7 @@ class Remedial(Pass):
             Where what changes is better than this q, its mean Q must fall, too.
         """
         room = work.make_room(self.max_vertices, len(cells))
-        seen = np.full(len(work.mesh.points), -1)
-        seen[: len(self._seen)] = self._seen
-        corners = work.mesh.cells[cells]
-        changed = work.mesh.vertex_clock[corners] > seen[corners]
-        cells = cells[np.count_nonzero(changed, axis=1) >= 2]
-        seen[work.mesh.cells[cells]] = work.next_sweep()
-        self._seen = seen
+        cells = work.not_seen((self, "cells"), cells)
         if not len(cells):
             return
         how = Mending(limit, harm, self.least_gain, room, self.trials, self.steps, urgent)
@@ -101,12 +80,12 @@ class Remedial(Pass):
         table = remedy_table()
 
         def kernel(chunk):
-            sweep_mend(work.mesh, chunk, table, how, work.scratch, tally.counts)
+            sweep_mend(work.mesh, chunk, table, how, work.scratch, run.tally.counts)
 
-        self.visit(work, order, kernel, tally, observer)
+        run.visit(work, order, kernel)
 
 
-@dataclass
+@dataclass(frozen=True)
 class Mend(Remedial, Operator):
     """Change, improve what is around, and undo it where it does not pay."""
 
@@ -130,10 +109,10 @@ class Mend(Remedial, Operator):
     urgent: float = urgency()
     around: float = option(1.6, "visit only cells of these rings whose Q is above this", least=1.0)
 
-    def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+    def sweep(self, work: Workspace, run: Run) -> None:
         def mend(cells: Array, limit: float) -> None:
             urgent = urgent_q(work, self.urgent)
-            self.mend(work, cells, limit, self.harm, urgent, tally, observer)
+            self.mend(work, cells, limit, self.harm, urgent, run)
 
         mend(work.worse_cells(self.limit), self.limit)
         # What is nearly as good as the boundary allows is worth no more than that.

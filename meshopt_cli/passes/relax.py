@@ -14,7 +14,8 @@ from ..kernels.operators.swap import Swap
 from ..kernels.shape.angles import angle_sums
 from ..mesh import adjacency
 from ..work.workspace import Workspace
-from .base import Observer, Operator, Tally, option
+from .base import Operator, option
+from .run import Run
 from .smooth import RELAXATION
 
 Array = np.ndarray
@@ -40,7 +41,7 @@ def target_degrees(work: Workspace) -> Array:
     return np.where(rim > 0, np.round(1.0 + 0.5 * (n_cells + rim)), 12.0)
 
 
-@dataclass
+@dataclass(frozen=True)
 class Relax(Operator):
     """Bring degrees nearer to 6 (triangles) or 12 (tetrahedra)."""
 
@@ -59,12 +60,12 @@ class Relax(Operator):
         1.2, "as in collapse, for vertices with far too few neighbours", least=0.0
     )
 
-    def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
-        self._collapse(work, tally, observer)
-        self._swap(work, tally, observer)
-        self._relocate(work, tally, observer)
+    def sweep(self, work: Workspace, run: Run) -> None:
+        self._collapse(work, run)
+        self._swap(work, run)
+        self._relocate(work, run)
 
-    def _collapse(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+    def _collapse(self, work: Workspace, run: Run) -> None:
         """Remove internal vertices of degree 3 (plane) or 4 (space): nothing else raises it."""
         rows = work.living()
         cells = work.mesh.cells[rows]
@@ -77,26 +78,26 @@ class Relax(Operator):
         def kernel(chunk):
             cells, poorest = order[chunk], victims[chunk]
             most = len(poor)
-            sweep_collapse(work.mesh, cells, poorest, how, most, work.scratch, tally.counts)
+            sweep_collapse(work.mesh, cells, poorest, how, most, work.scratch, run.tally.counts)
 
         work.next_sweep()
-        self.visit(work, np.arange(len(order)), kernel, tally, observer)
+        run.visit(work, np.arange(len(order)), kernel)
 
-    def _swap(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+    def _swap(self, work: Workspace, run: Run) -> None:
         cells = work.mesh.cells[work.living()]
         degree = adjacency.degrees(cells, len(work.mesh.points)).astype(np.float64)
         target = target_degrees(work)
-        since = self.since(work, "shells")
+        since = work.since((self, "shells"))
         how = Swap(self.rule, self.floor, False, since)
         rows, quality = work.changed_cells(since, self.limit)
         order = self.ordered(work, rows, quality)
 
         def kernel(chunk):
-            sweep_relax(work.mesh, chunk, how, degree, target, work.scratch, tally.counts)
+            sweep_relax(work.mesh, chunk, how, degree, target, work.scratch, run.tally.counts)
 
-        self.visit(work, order, kernel, tally, observer)
+        run.visit(work, order, kernel)
 
-    def _relocate(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+    def _relocate(self, work: Workspace, run: Run) -> None:
         """Let the vertices settle where the new degrees draw them."""
         how = relocate.Relocation(
             relocate.QUALITY,
@@ -106,10 +107,10 @@ class Relax(Operator):
             self.floor,
             self.limit,
         )
-        vertices, worst = work.changed_vertices(self.since(work, "balls"), self.limit)
+        vertices, worst = work.changed_vertices(work.since((self, "balls")), self.limit)
         order = self.ordered(work, vertices, worst)
 
         def kernel(chunk):
-            relocate.sweep_relocation(work.mesh, chunk, how, work.scratch, tally.counts)
+            relocate.sweep_relocation(work.mesh, chunk, how, work.scratch, run.tally.counts)
 
-        self.visit(work, order, kernel, tally, observer)
+        run.visit(work, order, kernel)

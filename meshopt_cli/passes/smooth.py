@@ -7,7 +7,8 @@ from typing import ClassVar
 
 from ..kernels.operators import relocate
 from ..work.workspace import Workspace
-from .base import Observer, Operator, Tally, option
+from .base import Operator, option
+from .run import Run
 
 METHODS = {
     "laplace": relocate.LAPLACE,
@@ -25,7 +26,7 @@ WEIGHTS = {
 RELAXATION = {2: 0.9, 3: 0.7}
 
 
-@dataclass
+@dataclass(frozen=True)
 class Smooth(Operator):
     """Move internal vertices inside their balls."""
 
@@ -47,7 +48,7 @@ class Smooth(Operator):
     )  # fmt: skip
     sweeps: int = option(3, "sweeps over the mesh in one run, fewer when nothing moves", least=1)
 
-    def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+    def sweep(self, work: Workspace, run: Run) -> None:
         how = relocate.Relocation(
             METHODS[self.method],
             WEIGHTS[self.weight],
@@ -57,13 +58,13 @@ class Smooth(Operator):
             self.limit,
         )
         for _ in range(self.sweeps):
-            vertices, worst = work.changed_vertices(self.since(work, "balls"), self.limit)
+            vertices, worst = work.changed_vertices(work.since((self, "balls")), self.limit)
             order = self.ordered(work, vertices, worst)
-            applied = tally.applied
+            applied = run.tally.applied
 
             def kernel(chunk):
-                relocate.sweep_relocation(work.mesh, chunk, how, work.scratch, tally.counts)
+                relocate.sweep_relocation(work.mesh, chunk, how, work.scratch, run.tally.counts)
 
-            self.visit(work, order, kernel, tally, observer)
-            if tally.applied == applied:
+            run.visit(work, order, kernel)
+            if run.tally.applied == applied:
                 break

@@ -11,10 +11,11 @@ from ..kernels.operators.constrained import sweep_constrained
 from ..kernels.operators.insert import Splitting, sweep_split
 from ..mesh import adjacency
 from ..work.workspace import Workspace
-from .base import Observer, Operator, Tally, option, urgency, urgent_q
+from .base import Operator, option, urgency, urgent_q
+from .run import Run
 
 
-@dataclass
+@dataclass(frozen=True)
 class Split(Operator):
     """Insert vertices into cavities around bad cells."""
 
@@ -39,10 +40,10 @@ class Split(Operator):
         least=0.0, most=1.0,
     )  # fmt: skip
 
-    def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+    def sweep(self, work: Workspace, run: Run) -> None:
         if self.constrained:
-            self._split_constrained(work, tally, observer)
-        cells, quality = work.changed_cells(self.since(work, "cavities"), self.limit)
+            self._split_constrained(work, run)
+        cells, quality = work.changed_cells(work.since((self, "cavities")), self.limit)
         if not len(cells):
             return
         room = work.make_room(self.max_vertices, len(cells))
@@ -50,15 +51,15 @@ class Split(Operator):
         how = Splitting(room, self.least_gain, urgent_q(work, self.urgent), self.promise)
 
         def kernel(chunk):
-            sweep_split(work.mesh, chunk, how, work.scratch, tally.counts)
+            sweep_split(work.mesh, chunk, how, work.scratch, run.tally.counts)
 
-        self.visit(work, order, kernel, tally, observer)
+        run.visit(work, order, kernel)
 
-    def _split_constrained(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+    def _split_constrained(self, work: Workspace, run: Run) -> None:
         """Give every over-constrained entity a vertex inside (Definitions 18.8, 18.9)."""
         applied = -1
-        while tally.applied > applied:
-            applied = tally.applied
+        while run.tally.applied > applied:
+            applied = run.tally.applied
             # The cells around a new vertex may be constrained at another of their edges.
             cells = work.living()
             room = work.make_room(self.max_vertices, len(cells))
@@ -68,7 +69,7 @@ class Split(Operator):
             # An internal edge needs two vertices there; every other entity has such edges.
             cells = cells[np.count_nonzero(on_boundary[work.mesh.cells[cells]], axis=1) >= 2]
             order = self.ordered(work, cells, work.mesh.quality[cells])
-            self._sweep_constrained(work, order, on_boundary, room, tally, observer)
+            self._sweep_constrained(work, order, on_boundary, room, run)
 
     def _sweep_constrained(
         self,
@@ -76,13 +77,12 @@ class Split(Operator):
         order: np.ndarray,
         on_boundary: np.ndarray,
         room: int,
-        tally: Tally,
-        observer: Observer,
+        run: Run,
     ) -> None:
         work.next_sweep()
 
         def kernel(chunk):
             mesh, keep, scratch = work.mesh, self.constrained, work.scratch
-            sweep_constrained(mesh, chunk, on_boundary, keep, room, scratch, tally.counts)
+            sweep_constrained(mesh, chunk, on_boundary, keep, room, scratch, run.tally.counts)
 
-        self.visit(work, order, kernel, tally, observer)
+        run.visit(work, order, kernel)

@@ -11,7 +11,7 @@ from typing import Any
 from ..errors import ConfigError
 from ..passes import PASSES, Pass
 from ..quality.measures import DEFAULT_MEASURE, Measure, measure_named
-from .pipeline import Pipeline, Repeat, Sequence, Stage
+from .pipeline import Change, Pipeline, Repeat, Sequence, Stage
 from .presets import DEFAULT_PRESET, pass_named, preset_named
 from .ranges import RANGES
 from .toml import hint, read_toml
@@ -42,7 +42,7 @@ class Request:
     time_limit: float | None = None
 
 
-@dataclass
+@dataclass(frozen=True)
 class Plan:
     """A pipeline with the measure it works by.
 
@@ -88,8 +88,7 @@ def plan_for(request: Request, dimension: int = 3) -> Plan:
             plan = _plan(values, request, dimension)
         except ConfigError as error:
             raise ConfigError(f"{request.config}: {error}") from error
-    apply_settings(plan.pipeline.passes(), request.settings)
-    return plan
+    return replace(plan, pipeline=with_settings(plan.pipeline, request.settings))
 
 
 def _plan(values: dict[str, Any], request: Request, dimension: int) -> Plan:
@@ -163,15 +162,14 @@ def _pass(table: Any, where: str) -> Pass:
     return kind(**options)
 
 
-def apply_settings(passes: Iterable[Pass], settings: Iterable[str]) -> None:
-    """Apply `PASS.OPTION=VALUE` settings to every pass of that name.
+def with_settings(pipeline: Pipeline, settings: Iterable[str]) -> Pipeline:
+    """The pipeline with `PASS.OPTION=VALUE` set in every pass of that name.
 
     Raises
     ------
     ConfigError
         The text has another form, or there is no such pass, option or value.
     """
-    steps = list(passes)
     for setting in settings:
         target, equals, value = setting.partition("=")
         name, dot, key = target.strip().partition(".")
@@ -179,12 +177,16 @@ def apply_settings(passes: Iterable[Pass], settings: Iterable[str]) -> None:
             raise ConfigError(f"--set {setting}: must be PASS.OPTION=VALUE")
         kind = pass_named(name)
         option = _option_of(kind, key)
-        for step in steps:
-            if step.name == name:
-                setattr(step, option, _converted(kind, option, value.strip(), is_text=True))
-                step.validate()
-        if not any(step.name == name for step in steps):
+        changed = {option: _converted(kind, option, value.strip(), is_text=True)}
+        if not any(type(step) is kind for step in pipeline.passes()):
             raise ConfigError(f"--set {setting}: the pipeline has no pass {name}")
+        pipeline = pipeline.mapped(_changing(kind, changed))
+    return pipeline
+
+
+def _changing(kind: type[Pass], options: dict[str, Any]) -> Change:
+    """What sets options of the passes of a kind and leaves the others."""
+    return lambda step: replace(step, **options) if type(step) is kind else step
 
 
 def _option_of(kind: type[Pass], key: str) -> str:

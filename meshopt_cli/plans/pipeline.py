@@ -6,13 +6,12 @@ the best mesh it saw. The mesh that comes out is never worse than the one that w
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 from ..kernels.shape.angles import ANGLE_Q
-from ..passes import Observer, Pass, Silent, Tally
+from ..passes import SILENT, UNLIMITED, Budget, Observer, OutOfTimeError, Pass, Tally
 from ..passes.check import Check
 from ..work.workspace import Standing, Workspace
 
@@ -66,38 +65,19 @@ class Line:
     standing: Standing
 
 
-class OutOfTimeError(Exception):
-    """Raised between two chunks of a sweep; the mesh is whole."""
-
-
-@dataclass
-class Clock:
-    """Watches the time limit while passing everything on to another observer."""
-
-    inner: Observer
-    deadline: float
-
-    def start(self, name: str, total: int) -> None:
-        self.inner.start(name, total)
-        self._check()
-
-    def advance(self, by: int) -> None:
-        self.inner.advance(by)
-        self._check()
-
-    def _check(self) -> None:
-        if time.monotonic() > self.deadline:
-            raise OutOfTimeError
-
-
 @dataclass
 class Outcome:
     """The mesh of a run, what every pass did, and why it ended."""
 
     work: Workspace
-    observer: Observer
+    observer: Observer = SILENT
+    budget: Budget = UNLIMITED
     lines: list[Line] = field(default_factory=list)
     stopped: str = DONE
+
+
+# What is made of a pass.
+Change = Callable[[Pass], Pass]
 
 
 class Stage(Protocol):
@@ -106,6 +86,9 @@ class Stage(Protocol):
     def run(self, outcome: Outcome, round: int = 0) -> None: ...
 
     def passes(self) -> Iterator[Pass]: ...
+
+    def mapped(self, change: Change) -> Stage:
+        """The same stage with other passes in the place of its own."""
 
 
 @dataclass(frozen=True)
@@ -117,9 +100,12 @@ class Sequence:
     def passes(self) -> Iterator[Pass]:
         yield from self.steps
 
+    def mapped(self, change: Change) -> Sequence:
+        return Sequence(tuple(change(step) for step in self.steps))
+
     def run(self, outcome: Outcome, round: int = 0) -> None:
         for step in self.steps:
-            tally = step.run(outcome.work, outcome.observer)
+            tally = step.run(outcome.work, outcome.observer, outcome.budget)
             outcome.lines.append(Line(round, tally, outcome.work.judged()))
 
 
@@ -132,6 +118,9 @@ class Chain:
     def passes(self) -> Iterator[Pass]:
         for stage in self.stages:
             yield from stage.passes()
+
+    def mapped(self, change: Change) -> Chain:
+        return Chain(tuple(stage.mapped(change) for stage in self.stages))
 
     def run(self, outcome: Outcome, round: int = 0) -> None:
         for stage in self.stages:
@@ -148,8 +137,11 @@ class Repeat:
     def passes(self) -> Iterator[Pass]:
         yield from self.body.passes()
 
+    def mapped(self, change: Change) -> Repeat:
+        return replace(self, body=self.body.mapped(change))
+
     def run(self, outcome: Outcome, round: int = 0) -> None:
-        guard = Guard(outcome, self.passes())
+        guard = Guard(outcome)
         outcome.stopped = self._first_reason(guard.best)
         after = guard.best
         while not outcome.stopped:
@@ -200,6 +192,9 @@ class WithAngles:
     def passes(self) -> Iterator[Pass]:
         yield from self.body.passes()
 
+    def mapped(self, change: Change) -> WithAngles:
+        return replace(self, body=self.body.mapped(change))
+
     def run(self, outcome: Outcome, round: int = 0) -> None:
         judge, target = outcome.work.judge, outcome.work.target
         least = min(outcome.work.standing().worst, 1.0 / max(ANGLE_Q, NEAR_TARGET * target))
@@ -209,14 +204,13 @@ class WithAngles:
                 return
             lenience = max(1.0, int(100.0 / (ANGLE_Q * MARGIN * least)) / 100.0)
         start = outcome.work.copy()
-        for step in self.passes():
-            step.forget()  # what was good enough may not be by this measure
         outcome.work.judge_by(judge._replace(lenience=lenience))
         outcome.work.target = target / lenience
         try:
             self.body.run(outcome, round)
         finally:
             outcome.work.judge_by(judge)
+            outcome.work.visits = dict(start.visits)  # what changed here has a later clock
             outcome.work.target = target
             if outcome.work.standing().worst < least:
                 outcome.work = start
@@ -225,15 +219,10 @@ class WithAngles:
 class Guard:
     """Remembers the best state of a run, so that it can be gone back to."""
 
-    def __init__(self, outcome: Outcome, passes: Iterable[Pass]) -> None:
+    def __init__(self, outcome: Outcome) -> None:
         self._outcome = outcome
-        self._passes = tuple(passes)
         self.best = outcome.work.standing()
-        self._keep()
-
-    def _keep(self) -> None:
-        self._kept = self._outcome.work.copy()
-        self._memories = [step.memory() for step in self._passes]
+        self._kept = outcome.work.copy()
 
     def note(self) -> Standing:
         """Keep the present state unless it is worse than the best; returns how good it is."""
@@ -241,15 +230,13 @@ class Guard:
         if not self.best.is_better_than(now):
             self.best = now
             del self._kept  # never both of them at once
-            self._keep()
+            self._kept = self._outcome.work.copy()
         return now
 
     def restore(self) -> None:
         """Go back to the best state if the present one is worse."""
         if self.best.is_better_than(self._outcome.work.standing()):
             self._outcome.work = self._kept
-            for step, memory in zip(self._passes, self._memories, strict=True):
-                step.recall(memory)
 
 
 def gain(before: Standing, after: Standing) -> float:
@@ -281,6 +268,15 @@ class Pipeline:
         for stage in self.stages:
             yield from stage.passes()
 
+    @property
+    def mends_tangles(self) -> bool:
+        """Whether it may be given a mesh with inverted cells."""
+        return any(step.mends_tangles for step in self.passes())
+
+    def mapped(self, change: Change) -> Pipeline:
+        """The same pipeline with other passes in the place of its own."""
+        return replace(self, stages=tuple(stage.mapped(change) for stage in self.stages))
+
     def run(self, work: Workspace, observer: Observer | None = None) -> Outcome:
         """Optimize a mesh in place of a copy of it.
 
@@ -294,11 +290,8 @@ class Pipeline:
         InvariantError
             An operator broke the mesh.
         """
-        deadline = time.monotonic() + self.time_limit
-        outcome = Outcome(work, Clock(observer or Silent(), deadline))
+        outcome = Outcome(work, observer or SILENT, Budget.of(self.time_limit))
         untouched, before = work.copy(), work.standing()
-        for step in self.passes():
-            step.forget()
         try:
             for stage in self.stages:
                 stage.run(outcome)
@@ -307,9 +300,11 @@ class Pipeline:
         except OutOfTimeError:
             outcome.stopped = TIME_IS_UP
         after = outcome.work.standing()
+        reason = TANGLED if after.worst <= 0.0 else outcome.stopped
         if before.is_better_than(after) or gain(before, after) < LEAST_GAIN:
-            outcome.work, outcome.stopped = untouched, NOTHING_TO_GAIN
-        if outcome.work.standing().worst <= 0.0:
-            outcome.stopped = TANGLED
-        Check(inverted="allowed").run(outcome.work, Silent())
+            outcome.work = untouched
+            reason = TANGLED if before.worst <= 0.0 else NOTHING_TO_GAIN
+        if outcome.stopped != TIME_IS_UP:
+            outcome.stopped = reason
+        Check(inverted="allowed").run(outcome.work)
         return outcome

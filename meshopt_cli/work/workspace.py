@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -67,6 +67,9 @@ class Workspace:
     scratch : Scratch
     judge : Judge
         By what the mesh is judged; a stage may let another one steer.
+    visits : dict
+        When entities were visited last, by who visited them: clocks, whole or for each vertex.
+        Its values are replaced and never written into, so that a copy may share them.
 
     Parameters
     ----------
@@ -132,6 +135,7 @@ class Workspace:
             single=source.single,
         )
         self.scratch = _new_scratch(capacity, n_points)
+        self.visits: dict[Hashable, Any] = {}
 
     # What is there -------------------------------------------------------------------
 
@@ -182,7 +186,11 @@ class Workspace:
         return quality
 
     def judge_by(self, judge: Judge) -> None:
-        """Let another judge steer."""
+        """Let another judge steer; what was good enough may not be for it.
+
+        So everything is visited again, unless `visits` are put back.
+        """
+        self.visits = {}
         self.mesh.quality[self.living()] = self._measured(judge)
         self.mesh = self.mesh._replace(judge=judge)
 
@@ -193,6 +201,24 @@ class Workspace:
         since = int(self.mesh.state[CLOCK])
         self.mesh.state[CLOCK] += 1
         return since
+
+    def since(self, visitor: Hashable) -> int:
+        """Clock of the last sweep of a visitor, 0 at the first; starts the next one."""
+        last = self.visits.get(visitor, 0)
+        self.visits[visitor] = self.next_sweep()
+        return last
+
+    def not_seen(self, visitor: Hashable, cells: Array) -> Array:
+        """Cells with an edge around which anything changed since a visitor saw it; it does now."""
+        seen = np.full(len(self.mesh.points), -1)
+        before = self.visits.get(visitor, seen[:0])
+        seen[: len(before)] = before
+        corners = self.mesh.cells[cells]
+        changed = self.mesh.vertex_clock[corners] > seen[corners]
+        cells = cells[np.count_nonzero(changed, axis=1) >= 2]
+        seen[self.mesh.cells[cells]] = self.next_sweep()
+        self.visits[visitor] = seen
+        return cells
 
     def changed_vertices(self, since: int, below: float) -> tuple[Array, Array]:
         """Vertices free to move whose ball changed after sweep `since` and is worse than `below`.
@@ -251,6 +277,7 @@ class Workspace:
         }
         twin.mesh = self.mesh._replace(**arrays)
         twin.scratch = self.scratch
+        twin.visits = dict(self.visits)
         return twin
 
     def grow(self) -> None:

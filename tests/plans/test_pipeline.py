@@ -148,7 +148,6 @@ def test_a_split_without_promise_is_for_the_urgent_only():
     urgent = np.count_nonzero(work.mesh.quality[work.living()] <= 1.5 * work.standing().worst)
     step = Split(below=1.5, promise=1e9)
     assert 0 < step.run(work.copy(), Silent()).applied <= urgent
-    step.forget()
     assert replace(step, promise=0.0).run(work.copy(), Silent()).applied > urgent
 
 
@@ -178,7 +177,7 @@ def least_angle(work):
 
 def test_an_interrupt_leaves_the_mesh_whole(work):
     class Impatient(Silent):
-        def advance(self, by):
+        def advanced(self, by):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
