@@ -76,7 +76,7 @@ def compile_relocation(work: Workspace) -> None:
 
 def compile_collapse(work: Workspace) -> None:
     how = Collapse(0, 0.0, 0.0, False)
-    sweep_collapse(work.mesh, NOTHING, NOTHING, how, 0, work.scratch, no_counts())
+    sweep_collapse(work.mesh, NOTHING.reshape(0, 2), how, 0, work.scratch, no_counts())
 
 
 def compile_split(work: Workspace) -> None:

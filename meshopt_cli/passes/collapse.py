@@ -43,9 +43,5 @@ class Collapse(Operator):
 
         spare = max(0, work.n_vertices - math.ceil(self.min_vertices * work.n_input_vertices))
         most = run.tally.applied + spare
-
-        def kernel(chunk):
-            anyone = np.full(len(chunk), -1, dtype=np.int64)
-            sweep_collapse(work.mesh, chunk, anyone, how, most, work.scratch, run.tally.counts)
-
-        run.visit(work, order, kernel)
+        anyone = np.full(len(order), -1)
+        run.visit(work, np.column_stack([order, anyone]), sweep_collapse, how, most)

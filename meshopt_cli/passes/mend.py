@@ -77,12 +77,7 @@ class Remedial(Pass):
             return
         how = Mending(limit, harm, self.least_gain, room, self.trials, self.steps, urgent)
         order = self.arranged(work, cells)
-        table = remedy_table()
-
-        def kernel(chunk):
-            sweep_mend(work.mesh, chunk, table, how, work.scratch, run.tally.counts)
-
-        run.visit(work, order, kernel)
+        run.visit(work, order, sweep_mend, remedy_table(), how)
 
 
 @dataclass(frozen=True)

@@ -72,16 +72,10 @@ class Relax(Operator):
         degree = adjacency.degrees(cells, len(work.mesh.points))
         poor = (degree == work.dimension + 1) & ~work.mesh.fixed
         where, corner = np.nonzero(poor[cells])
-        order, victims = rows[where], cells[where, corner]
+        order = np.column_stack([rows[where], cells[where, corner]])
         how = Collapse(self.rule, self.floor, self.max_growth, False)
-
-        def kernel(chunk):
-            cells, poorest = order[chunk], victims[chunk]
-            most = len(poor)
-            sweep_collapse(work.mesh, cells, poorest, how, most, work.scratch, run.tally.counts)
-
         work.next_sweep()
-        run.visit(work, np.arange(len(order)), kernel)
+        run.visit(work, order, sweep_collapse, how, len(poor))
 
     def _swap(self, work: Workspace, run: Run) -> None:
         cells = work.mesh.cells[work.living()]
@@ -91,11 +85,7 @@ class Relax(Operator):
         how = Swap(self.rule, self.floor, False, since)
         rows, quality = work.changed_cells(since, self.limit)
         order = self.ordered(work, rows, quality)
-
-        def kernel(chunk):
-            sweep_relax(work.mesh, chunk, how, degree, target, work.scratch, run.tally.counts)
-
-        run.visit(work, order, kernel)
+        run.visit(work, order, sweep_relax, how, degree, target)
 
     def _relocate(self, work: Workspace, run: Run) -> None:
         """Let the vertices settle where the new degrees draw them."""
@@ -109,8 +99,4 @@ class Relax(Operator):
         )
         vertices, worst = work.changed_vertices(work.since((self, "balls")), self.limit)
         order = self.ordered(work, vertices, worst)
-
-        def kernel(chunk):
-            relocate.sweep_relocation(work.mesh, chunk, how, work.scratch, run.tally.counts)
-
-        run.visit(work, order, kernel)
+        run.visit(work, order, relocate.sweep_relocation, how)

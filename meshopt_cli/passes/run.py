@@ -110,8 +110,15 @@ class Run:
     observer: Observer
     budget: Budget
 
-    def visit(self, work: Workspace, order: Array, kernel: Callable[[Array], Any]) -> None:
-        """Run a kernel over the entities in chunks, making room for cells when it is short.
+    def visit(self, work: Workspace, order: Array, sweep: Callable[..., int], *how: Any) -> None:
+        """Sweep over entities in chunks, and make room for cells where it is short of it.
+
+        Parameters
+        ----------
+        order : (n,) or (n, 2) int64
+        sweep : callable
+            A kernel: takes the mesh, a part of the order, `how`, the working space and the
+            counts, and returns the place in that part where it stopped for want of room.
 
         Raises
         ------
@@ -120,11 +127,11 @@ class Run:
         self.observer.started(self.tally.name, len(order))
         self.budget.check()
         for chunk in work.chunks(order):
-            kernel(chunk)
-            while self.tally.counts[Verdict.FULL]:
-                # What found no room is no refusal: it is tried again with more.
-                self.tally.counts[Verdict.FULL] = 0
+            done = 0
+            while True:
+                done += sweep(work.mesh, chunk[done:], *how, work.scratch, self.tally.counts)
+                if done == len(chunk):
+                    break
                 work.grow()
-                kernel(chunk)
             self.observer.advanced(len(chunk))
             self.budget.check()

@@ -61,10 +61,6 @@ class Smooth(Operator):
             vertices, worst = work.changed_vertices(work.since((self, "balls")), self.limit)
             order = self.ordered(work, vertices, worst)
             applied = run.tally.applied
-
-            def kernel(chunk):
-                relocate.sweep_relocation(work.mesh, chunk, how, work.scratch, run.tally.counts)
-
-            run.visit(work, order, kernel)
+            run.visit(work, order, relocate.sweep_relocation, how)
             if run.tally.applied == applied:
                 break

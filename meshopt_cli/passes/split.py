@@ -49,11 +49,7 @@ class Split(Operator):
         room = work.make_room(self.max_vertices, len(cells))
         order = self.ordered(work, cells, quality)
         how = Splitting(room, self.least_gain, urgent_q(work, self.urgent), self.promise)
-
-        def kernel(chunk):
-            sweep_split(work.mesh, chunk, how, work.scratch, run.tally.counts)
-
-        run.visit(work, order, kernel)
+        run.visit(work, order, sweep_split, how)
 
     def _split_constrained(self, work: Workspace, run: Run) -> None:
         """Give every over-constrained entity a vertex inside (Definitions 18.8, 18.9)."""
@@ -69,20 +65,6 @@ class Split(Operator):
             # An internal edge needs two vertices there; every other entity has such edges.
             cells = cells[np.count_nonzero(on_boundary[work.mesh.cells[cells]], axis=1) >= 2]
             order = self.ordered(work, cells, work.mesh.quality[cells])
-            self._sweep_constrained(work, order, on_boundary, room, run)
-
-    def _sweep_constrained(
-        self,
-        work: Workspace,
-        order: np.ndarray,
-        on_boundary: np.ndarray,
-        room: int,
-        run: Run,
-    ) -> None:
-        work.next_sweep()
-
-        def kernel(chunk):
-            mesh, keep, scratch = work.mesh, self.constrained, work.scratch
-            sweep_constrained(mesh, chunk, on_boundary, keep, room, scratch, run.tally.counts)
-
-        run.visit(work, order, kernel)
+            work.next_sweep()
+            keep = self.constrained
+            run.visit(work, order, sweep_constrained, on_boundary, keep, room)

@@ -31,8 +31,4 @@ class Swap(Operator):
         sweep = sweep_swap if work.dimension == 3 else sweep_flip
         cells, quality = work.changed_cells(since, self.limit)
         order = self.ordered(work, cells, quality)
-
-        def kernel(chunk):
-            sweep(work.mesh, chunk, how, work.scratch, run.tally.counts)
-
-        run.visit(work, order, kernel)
+        run.visit(work, order, sweep, how)

@@ -53,9 +53,5 @@ class Untangle(Remedial):
         how = relocate.Relocation(method, relocate.UNIFORM, 1.0, STRICT, 0.0, np.inf)
         vertices = np.unique(work.mesh.cells[cells])
         order = vertices[~work.mesh.fixed[vertices]]
-
-        def kernel(chunk):
-            relocate.sweep_relocation(work.mesh, chunk, how, work.scratch, run.tally.counts)
-
         work.next_sweep()
-        run.visit(work, order, kernel)
+        run.visit(work, order, relocate.sweep_relocation, how)

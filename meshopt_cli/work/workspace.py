@@ -35,7 +35,9 @@ from ..mesh.order import hilbert
 Array = np.ndarray
 
 # Swaps of tets may raise the number of cells: this much room is made, and more when it is full.
+# How much there is, is a matter of speed alone: sweeps go on where they ran out of it.
 ROOM = 1.15
+SPARE = 64
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,7 @@ class Workspace:
         self.target = target
         n_points = len(source.points)
         n_cells, width = source.cells.shape
-        capacity = int(ROOM * n_cells) + 64
+        capacity = int(ROOM * n_cells) + SPARE
         # Row i of the work is point `_origin[i]` of the source.
         self._origin = np.arange(n_points) if in_order else hilbert(source.points)
         number = _inverse(self._origin)
@@ -282,7 +284,7 @@ class Workspace:
 
     def grow(self) -> None:
         """Make room for more cells."""
-        capacity = int(ROOM * len(self.mesh.cells)) + 64
+        capacity = int(ROOM * len(self.mesh.cells)) + SPARE
         per_cell = ("cells", "neighbours", "quality", "region", "alive", "free")
         larger: dict[str, Any] = {
             name: _extended(getattr(self.mesh, name), capacity, 0) for name in per_cell

@@ -26,6 +26,7 @@ from ..types import (
     APPLIED,
     FULL,
     INVALID,
+    MAX_CREATED,
     N_POINTS,
     NOT_BETTER,
     NOT_LEGAL,
@@ -326,7 +327,10 @@ def sweep_split(mesh, order, how, scratch, counts):
             continue
         if mesh.state[N_POINTS] >= how.max_points:
             break
+        if not has_room(mesh, MAX_CREATED):
+            return i
         plan = simulate_insertion(mesh, cell, how, scratch)
         counts[plan.verdict] += 1
         if plan.verdict == APPLIED:
             apply_insertion(mesh, plan, scratch)
+    return order.shape[0]
