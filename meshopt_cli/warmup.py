@@ -33,7 +33,7 @@ from .kernels.shape.classify import TetType
 from .kernels.types import N_VERDICTS, Judge
 from .mesh.cast import Simplices
 from .transfer.carry import find
-from .work.workspace import Workspace
+from .work.session import Workspace
 
 NOTHING = np.empty(0, dtype=np.int64)
 

@@ -14,7 +14,9 @@ from ..mesh.model import Mesh, main_blocks, main_type
 from ..mesh.tags import tags_of
 from ..passes import Observer
 from ..plans.improve import Worked, improve
-from ..plans.pipeline import TANGLED, Line, Pipeline
+from ..plans.pipeline import Pipeline
+from ..plans.stages import Line
+from ..plans.stop import TANGLED
 from ..quality.measures import QUALITIES, Measure
 from ..quality.summary import Summary, summarize
 from ..quality.target import forced_angles

@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import InvariantError
 from ..kernels.audit import NOT_IN_BALL, NOT_MUTUAL, NOT_POSITIVE, NOT_SHARED, WHOLE, audit
 from ..kernels.shape.simplex import measure_cells
-from ..work.workspace import Workspace
+from ..work.session import Workspace
 from .base import Pass, option
 from .run import Run
 
@@ -48,8 +48,8 @@ class Check(Pass):
         if fault != WHOLE:
             raise InvariantError(f"cell {cell} of the working mesh {FAULTS[fault]}")
         quality = np.empty(len(rows))
-        measure_cells(work.mesh.judge, work.mesh.points, work.mesh.cells[rows], quality)
+        measure_cells(work.mesh.judge, work.mesh.points, work.corners(rows), quality)
         # The order of a cell's vertices changes the rounding of its q, and nothing more.
-        stale = np.flatnonzero(np.abs(quality - work.mesh.quality[rows]) > 1e-9)
+        stale = np.flatnonzero(np.abs(quality - work.quality(rows)) > 1e-9)
         if len(stale):
             raise InvariantError(f"cell {rows[stale[0]]} of the working mesh has a stale quality")

@@ -12,8 +12,7 @@ from ..kernels.operators.collapse import Collapse, sweep_collapse
 from ..kernels.operators.relax import sweep_relax
 from ..kernels.operators.swap import Swap
 from ..kernels.shape.angles import angle_sums
-from ..mesh import adjacency
-from ..work.workspace import Workspace
+from ..work.session import Workspace
 from .base import Operator, option
 from .run import Run
 from .smooth import RELAXATION
@@ -28,12 +27,9 @@ def target_degrees(work: Workspace) -> Array:
     tets, and the edges around a vertex are by Euler's relation one more than those triangles,
     and 1 + (tets + surface triangles) / 2.
     """
-    mesh = work.mesh
-    cells = mesh.cells[work.living()]
-    angle = np.zeros(len(mesh.points))
-    angle_sums(mesh.points, cells, angle)
-    beyond = mesh.neighbours[work.living()]
-    rim = np.bincount(adjacency.boundary_facets(cells, beyond).ravel(), minlength=len(mesh.points))
+    angle = np.zeros(len(work.mesh.points))
+    angle_sums(work.mesh.points, work.corners(work.living()), angle)
+    rim = work.facets_at()
     if work.dimension == 2:
         n_cells = np.maximum(np.round(6.0 * angle / (2.0 * np.pi)), 1.0)
         return np.where(rim > 0, n_cells + 1.0, 6.0)
@@ -52,12 +48,12 @@ class Relax(Operator):
     accept: str = option(
         "floor", "as in swap; here quality may fall while degrees gain", choices=("floor", "strict")
     )
-    floor: float = option(
+    least_quality: float = option(
         0.3, "least quality 1/Q of a patch; one that is worse may not get worse still",
         least=0.0, most=1.0,
     )  # fmt: skip
     max_growth: float = option(
-        1.2, "as in collapse, for vertices with far too few neighbours", least=0.0
+        1.2, "as in collapse, for vertices with far too few neighbours", least=0.0, most=1e3
     )
 
     def sweep(self, work: Workspace, run: Run) -> None:
@@ -68,21 +64,19 @@ class Relax(Operator):
     def _collapse(self, work: Workspace, run: Run) -> None:
         """Remove internal vertices of degree 3 (plane) or 4 (space): nothing else raises it."""
         rows = work.living()
-        cells = work.mesh.cells[rows]
-        degree = adjacency.degrees(cells, len(work.mesh.points))
-        poor = (degree == work.dimension + 1) & ~work.mesh.fixed
+        cells = work.corners(rows)
+        poor = (work.degrees() == work.dimension + 1) & ~work.mesh.fixed
         where, corner = np.nonzero(poor[cells])
         order = np.column_stack([rows[where], cells[where, corner]])
-        how = Collapse(self.rule, self.floor, self.max_growth, False)
+        how = Collapse(self.rule, self.least_quality, self.max_growth, False)
         work.next_sweep()
         run.visit(work, order, sweep_collapse, how, len(poor))
 
     def _swap(self, work: Workspace, run: Run) -> None:
-        cells = work.mesh.cells[work.living()]
-        degree = adjacency.degrees(cells, len(work.mesh.points)).astype(np.float64)
+        degree = work.degrees().astype(np.float64)
         target = target_degrees(work)
         since = work.since((self, "shells"))
-        how = Swap(self.rule, self.floor, False, since)
+        how = Swap(self.rule, self.least_quality, False, since)
         rows, quality = work.changed_cells(since, self.limit)
         order = self.ordered(work, rows, quality)
         run.visit(work, order, sweep_relax, how, degree, target)
@@ -94,7 +88,7 @@ class Relax(Operator):
             relocate.DEGRADATION,
             RELAXATION[work.dimension],
             self.rule,
-            self.floor,
+            self.least_quality,
             self.limit,
         )
         vertices, worst = work.changed_vertices(work.since((self, "balls")), self.limit)

@@ -11,7 +11,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from ..kernels.types import N_VERDICTS, Verdict
-from ..work.workspace import Workspace
+from ..work.session import Workspace
+from ..work.visits import chunks
 
 Array = np.ndarray
 
@@ -126,7 +127,7 @@ class Run:
         """
         self.observer.started(self.tally.name, len(order))
         self.budget.check()
-        for chunk in work.chunks(order):
+        for chunk in chunks(order):
             done = 0
             while True:
                 done += sweep(work.mesh, chunk[done:], *how, work.scratch, self.tally.counts)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ..kernels.operators import relocate
-from ..work.workspace import Workspace
+from ..work.session import Workspace
 from .base import Operator, option
 from .run import Run
 
@@ -46,7 +46,9 @@ class Smooth(Operator):
         0.0, "part of the way to go at first (18.22); 0: 0.9 in the plane, 0.7 in space",
         least=0.0, most=1.0,
     )  # fmt: skip
-    sweeps: int = option(3, "sweeps over the mesh in one run, fewer when nothing moves", least=1)
+    sweeps: int = option(
+        3, "sweeps over the mesh in one run, fewer when nothing moves", least=1, most=1000
+    )
 
     def sweep(self, work: Workspace, run: Run) -> None:
         how = relocate.Relocation(

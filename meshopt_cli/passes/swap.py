@@ -8,7 +8,7 @@ from typing import ClassVar
 from ..kernels.operators.flip import sweep_flip
 from ..kernels.operators.swap import Swap as How
 from ..kernels.operators.swap import sweep_swap
-from ..work.workspace import Workspace
+from ..work.session import Workspace
 from .base import Operator, option
 from .run import Run
 

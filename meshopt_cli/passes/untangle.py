@@ -10,7 +10,7 @@ import numpy as np
 
 from ..kernels.accept import FLAT, STRICT
 from ..kernels.operators import relocate
-from ..work.workspace import Workspace
+from ..work.session import Workspace
 from .base import option
 from .mend import Remedial
 from .run import Run
@@ -26,7 +26,7 @@ class Untangle(Remedial):
     kernels: ClassVar[tuple[str, ...]] = ("relocation",)
     mends_tangles: ClassVar[bool] = True
 
-    rounds: int = option(20, "rounds of relocation and of composite operations", least=1)
+    rounds: int = option(20, "rounds of relocation and of composite operations", least=1, most=1000)
 
     def sweep(self, work: Workspace, run: Run) -> None:
         for _ in range(self.rounds):
@@ -51,7 +51,6 @@ class Untangle(Remedial):
 
     def _move(self, work: Workspace, method: int, cells: np.ndarray, run: Run) -> None:
         how = relocate.Relocation(method, relocate.UNIFORM, 1.0, STRICT, 0.0, np.inf)
-        vertices = np.unique(work.mesh.cells[cells])
-        order = vertices[~work.mesh.fixed[vertices]]
+        order = work.movable(cells)
         work.next_sweep()
         run.visit(work, order, relocate.sweep_relocation, how)

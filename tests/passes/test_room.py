@@ -14,8 +14,8 @@ from meshopt_cli.mesh.cast import cast
 from meshopt_cli.passes import PASSES
 from meshopt_cli.plans.pipeline import Pipeline
 from meshopt_cli.plans.presets import PRESETS
-from meshopt_cli.work import workspace
-from meshopt_cli.work.workspace import Workspace
+from meshopt_cli.work import storage
+from meshopt_cli.work.session import Workspace
 from support.edits import halves, shaken
 from support.invariants import snapshot
 from support.invariants import workspace as workspace_of
@@ -44,14 +44,14 @@ def _variants():
                 if choice != f.default:
                     yield pytest.param(kind, {f.name: choice}, id=f"{kind.name}-{choice}")
     yield pytest.param(PASSES["split"], {"constrained": 0.01, "max_vertices": 4.0}, id="split-all")
-    yield pytest.param(PASSES["mend"], {"steps": 50, "below": 1.5}, id="mend-steps")
-    yield pytest.param(PASSES["split"], {"below": 1.5, "max_vertices": 1.01}, id="split-few")
+    yield pytest.param(PASSES["mend"], {"steps": 50, "worse_than": 1.5}, id="mend-steps")
+    yield pytest.param(PASSES["split"], {"worse_than": 1.5, "max_vertices": 1.01}, id="split-few")
 
 
 def with_room(monkeypatch, room, spare, n_points=0):
     """Make so much room for cells from now on, and so many rows more for vertices."""
-    monkeypatch.setattr(workspace, "ROOM", room)
-    monkeypatch.setattr(workspace, "SPARE", spare)
+    monkeypatch.setattr(storage, "ROOM", room)
+    monkeypatch.setattr(storage, "SPARE", spare)
     reserve = Workspace.reserve_points
     monkeypatch.setattr(
         Workspace, "reserve_points", lambda work, n: reserve(work, n + n_points), raising=True

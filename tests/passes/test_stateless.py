@@ -14,9 +14,11 @@ from meshopt_cli.passes import PASSES
 from meshopt_cli.passes.mend import Mend
 from meshopt_cli.passes.smooth import Smooth
 from meshopt_cli.passes.swap import Swap
+from meshopt_cli.plans.angles import WithAngles
 from meshopt_cli.plans.config import Request, plan_for
-from meshopt_cli.plans.pipeline import Outcome, Repeat, Sequence, Stop, WithAngles
 from meshopt_cli.plans.presets import PRESETS
+from meshopt_cli.plans.stages import Outcome, Repeat, Sequence
+from meshopt_cli.plans.stop import Stop
 from support.invariants import snapshot, workspace
 from support.samples import sample
 
@@ -78,7 +80,7 @@ def test_threads_share_a_pipeline(name):
 
 def test_visits_go_back_with_the_mesh(work):
     """A copy knows what was visited when it was made, whatever the other is put through since."""
-    step = Mend(below=1.8)
+    step = Mend(worse_than=1.8)
     step.run(work)
     kept = work.copy()
     values = {key: np.array(value) for key, value in kept.visits.items()}
@@ -93,7 +95,7 @@ def test_equal_passes_share_what_they_visited(work):
     while Swap().run(work).applied:
         pass
     assert Swap().run(work).visited == 0
-    assert Swap(below=1.5).run(work).visited > 0
+    assert Swap(worse_than=1.5).run(work).visited > 0
 
 
 @pytest.fixture

@@ -13,25 +13,17 @@ from meshopt_cli.passes import Budget, OutOfTimeError, Silent
 from meshopt_cli.passes.check import Check
 from meshopt_cli.passes.smooth import Smooth
 from meshopt_cli.passes.swap import Swap
-from meshopt_cli.plans.pipeline import (
-    NO_CHANGE,
-    NOTHING_TO_GAIN,
-    TANGLED,
-    TIME_IS_UP,
-    Outcome,
-    Pipeline,
-    Repeat,
-    Sequence,
-    Stop,
-)
+from meshopt_cli.plans.pipeline import Pipeline
 from meshopt_cli.plans.presets import PRESETS
-from meshopt_cli.quality.summary import MEASURES
-from meshopt_cli.work.workspace import Workspace
+from meshopt_cli.plans.stages import Outcome, Repeat, Sequence
+from meshopt_cli.plans.stop import NO_CHANGE, NOTHING_TO_GAIN, TANGLED, TIME_IS_UP, Stop
+from meshopt_cli.quality.measures import QUALITIES
+from meshopt_cli.work.session import Workspace
 from support.edits import shaken
 from support.meshes import tet_grid
 from support.samples import SAMPLES, sample
 
-ASPECT_RATIO = MEASURES["aspect-ratio"].judge
+ASPECT_RATIO = QUALITIES["aspect-ratio"].judge
 FOR_EVER = Repeat(Sequence((Smooth(),)), Stop(rounds=10**6, gain=0))
 
 
@@ -79,13 +71,13 @@ def test_a_pass_may_run_out_of_time(work):
 
 def test_rounds_without_a_change():
     outcome = Outcome(Workspace(sample("grid.vtk"), ASPECT_RATIO))
-    Repeat(Sequence((Swap(below=1e6),)), Stop()).run(outcome)
+    Repeat(Sequence((Swap(worse_than=1e6),)), Stop()).run(outcome)
     assert outcome.stopped == NO_CHANGE
     assert outcome.lines[-1].round == 1
 
 
 def test_a_pipeline_without_a_change(work):
-    outcome = Pipeline("test", (Repeat(Sequence((Swap(below=1e6),)), Stop()),)).run(work)
+    outcome = Pipeline("test", (Repeat(Sequence((Swap(worse_than=1e6),)), Stop()),)).run(work)
     assert outcome.stopped == NOTHING_TO_GAIN
 
 
