@@ -10,7 +10,7 @@ import numpy as np
 
 from ..boundary.patches import Patches
 from ..kernels.shape.simplex import measure_cells
-from ..kernels.types import CLOCK, N_CELLS, N_FREE, N_POINTS, Judge
+from ..kernels.types import CLOCK, EDITION, N_CELLS, N_FREE, N_POINTS, Judge
 from ..mesh import adjacency
 from ..mesh.cast import Simplices
 from ..mesh.order import hilbert
@@ -66,6 +66,8 @@ class Workspace:
         self.judge = judge
         self.bounds = Bounds(target, self.n_vertices, n_points)
         self.visits: dict[Hashable, Any] = {}
+        # By the edition of the mesh and the judge; replaced, never written into.
+        self._standings: dict[tuple[int, Judge], Standing] = {}
 
     # What is there -------------------------------------------------------------------
 
@@ -124,13 +126,21 @@ class Workspace:
 
     def standing(self) -> Standing:
         """How good the mesh is, by the judge that steers."""
-        return standing_of(self.quality(self.living()))
+        return self._standing_by(self.mesh.judge)
 
     def judged(self) -> Standing:
         """How good the mesh is, by the judge of the run."""
-        if self.mesh.judge == self.judge:
-            return self.standing()
-        return standing_of(self._measured(self.judge))
+        return self._standing_by(self.judge)
+
+    def _standing_by(self, judge: Judge) -> Standing:
+        """How good the mesh is as a judge sees it; looked for again where it has changed only."""
+        edition = int(self.mesh.state[EDITION])
+        if (edition, judge) not in self._standings:
+            steers = judge == self.mesh.judge
+            q = self.quality(self.living()) if steers else self._measured(judge)
+            others = {key: at for key, at in self._standings.items() if key[0] == edition}
+            self._standings = {**others, (edition, judge): standing_of(q)}
+        return self._standings[edition, judge]
 
     @property
     def worst_of_all(self) -> float:
@@ -150,6 +160,7 @@ class Workspace:
         So everything is visited again, unless `visits` are put back.
         """
         self.visits = {}
+        self._standings = {}
         self.mesh.quality[self.living()] = self._measured(judge)
         self.mesh = self.mesh._replace(judge=judge)
 

@@ -78,7 +78,7 @@ def simplex_mesh(
         required=_required(source, number, patches),
         vertex_clock=(vertex_cell >= 0).astype(np.int64),
         free=np.zeros(capacity, dtype=np.int64),
-        state=np.array([n_cells, 0, 1, n_points], dtype=np.int64),
+        state=np.array([n_cells, 0, 1, n_points, 0], dtype=np.int64),
         judge=judge,
         slides=patches is not None,
         single=source.single,
@@ -180,6 +180,6 @@ def new_scratch(mesh: SimplexMesh) -> Scratch:
             points=np.zeros((4 * MAX_KEPT, 3)),
             cell_mark=np.zeros(capacity, dtype=np.int64),
             vertex_mark=np.zeros(n_points, dtype=np.int64),
-            state=np.zeros(8, dtype=np.int64),
+            state=np.zeros(9, dtype=np.int64),
         ),
     )

@@ -71,8 +71,8 @@ def test_mended_or_as_it_was(dimension):
     work = badly_placed(dimension, 5)
     verdicts = set()
     table = remedy_table()
-    for harm in (0.9, 0.2):
-        how = Mending(1.0, harm, 0.01, len(work.mesh.points), 2, 5, math.inf)
+    for least_kept in (0.9, 0.2):
+        how = Mending(1.0, least_kept, 0.01, len(work.mesh.points), 2, 5, math.inf)
         for cell in range(len(work.living())):
             if not work.mesh.alive[cell]:
                 continue

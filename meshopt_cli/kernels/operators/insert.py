@@ -48,7 +48,7 @@ class Splitting(NamedTuple):
     max_points: int  # rows of the vertex arrays that may be used
     gain: float  # least gain of the worst q of a cavity, as a part of it
     urgent: float  # where a cavity is no worse than this q, its mean Q must fall, too
-    promise: float  # and the first cavity of a cell must have this part of its q to be refined
+    first_gain: float  # and the first cavity of a cell must have this part of its q to be refined
 
 
 class Insertion(NamedTuple):
@@ -285,7 +285,7 @@ def simulate_insertion(mesh: SimplexMesh, cell: int, how: Splitting, scratch: Sc
             second = which
             second_worst = worst
     q = mesh.quality[cell]
-    if q > how.urgent and first_worst < how.promise * q:
+    if q > how.urgent and first_worst < how.first_gain * q:
         return Insertion(NOT_BETTER, 0, 0, centre(mesh, cell), first_worst)
     plan = refine_insertion(mesh, cell, starting_point(mesh, cell, first), how, scratch)
     if plan.verdict == APPLIED or second < 0:

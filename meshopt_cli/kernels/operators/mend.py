@@ -67,7 +67,7 @@ class Mending(NamedTuple):
     """How to mend."""
 
     below: float  # cells with less q than this
-    harm: float  # what the first change may leave of the worst q
+    least_kept: float  # what the first change may leave of the worst q
     gain: float  # least gain of the worst q, as a part of it
     max_points: int  # rows of the vertex arrays that may be used
     trials: int  # ways of a remedy that are carried out
@@ -160,7 +160,7 @@ def change(
     worst : float
         Worst q right after it.
     """
-    floor = how.harm * max(mesh.quality[cell], 0.0)
+    floor = how.least_kept * max(mesh.quality[cell], 0.0)
     if remedy == REMOVE_EDGE:
         return swap_edge(mesh, cell, way, FLOOR, floor, do, scratch)
     if remedy == REMOVE_FACES:
