@@ -33,7 +33,7 @@ from .kernels.shape.classify import TetType
 from .kernels.types import N_VERDICTS, Judge
 from .mesh.cast import Simplices
 from .transfer.carry import find
-from .work.workspace import Workspace
+from .work.session import Workspace
 
 NOTHING = np.empty(0, dtype=np.int64)
 
@@ -76,7 +76,7 @@ def compile_relocation(work: Workspace) -> None:
 
 def compile_collapse(work: Workspace) -> None:
     how = Collapse(0, 0.0, 0.0, False)
-    sweep_collapse(work.mesh, NOTHING, NOTHING, how, 0, work.scratch, no_counts())
+    sweep_collapse(work.mesh, NOTHING.reshape(0, 2), how, 0, work.scratch, no_counts())
 
 
 def compile_split(work: Workspace) -> None:

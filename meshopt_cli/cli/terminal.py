@@ -64,13 +64,13 @@ class Bars:
     def __init__(self) -> None:
         self._bar = None
 
-    def start(self, name: str, total: int) -> None:
+    def started(self, name: str, total: int) -> None:
         from tqdm import tqdm
 
         self.close()
         self._bar = tqdm(total=total, desc=name, leave=False, file=sys.stderr, unit=" visits")
 
-    def advance(self, by: int) -> None:
+    def advanced(self, by: int) -> None:
         if self._bar is not None:
             self._bar.update(by)
 

@@ -14,7 +14,9 @@ from ..mesh.model import Mesh, main_blocks, main_type
 from ..mesh.tags import tags_of
 from ..passes import Observer
 from ..plans.improve import Worked, improve
-from ..plans.pipeline import TANGLED, Line, Pipeline
+from ..plans.pipeline import Pipeline
+from ..plans.stages import Line
+from ..plans.stop import TANGLED
 from ..quality.measures import QUALITIES, Measure
 from ..quality.summary import Summary, summarize
 from ..quality.target import forced_angles
@@ -131,7 +133,7 @@ def prepare(
     """
     require_simplices(mesh)
     require_range(mesh)
-    mesh, tangle = admit(mesh, any(step.name == "untangle" for step in pipeline.passes()))
+    mesh, tangle = admit(mesh, pipeline.mends_tangles)
     part = cast(mesh)
     before = summarize(part, measure, others)
     return Prepared(mesh, part, policy.bound_to(mesh, part), before, tangle)

@@ -9,7 +9,7 @@ from .. import __version__, formats
 from ..errors import BadMeshError, naming
 from ..formats import Source, Written
 from ..mesh.tags import with_regions
-from ..plans.pipeline import Line
+from ..plans.stages import Line
 from ..quality.measures import QUALITIES, Measure
 from ..quality.partial import measurable
 from ..quality.summary import summarize

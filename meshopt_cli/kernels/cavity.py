@@ -18,7 +18,11 @@ UNMATCHED = -(2**63)  # neither a handle nor a border
 
 @kernel
 def has_room(mesh: SimplexMesh, n_more: int) -> bool:
-    """Whether so many more cells fit the arrays."""
+    """Whether so many more cells fit the arrays.
+
+    A sweep asks for as many as an operator can make before it visits an entity: so what becomes
+    of it does not depend on how much room there happens to be.
+    """
     return mesh.state[N_FREE] + mesh.cells.shape[0] - mesh.state[N_CELLS] >= n_more
 
 

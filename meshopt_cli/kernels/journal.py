@@ -12,6 +12,7 @@ import math
 from ..compiled.decorators import kernel
 from .accept import UNCHANGED, lowers_mean, with_cell, without
 from .types import (
+    EDITION,
     J_ACTIVE,
     J_ALIVE,
     J_BEYOND,
@@ -114,7 +115,7 @@ def roll_back(mesh: SimplexMesh, scratch: Scratch) -> None:
         mesh.vertex_clock[vertex] = journal.vertices[i, 2]
         for k in range(3):
             mesh.points[vertex, k] = journal.points[i, k]
-    for k in (N_CELLS, N_FREE, N_POINTS):
+    for k in (N_CELLS, N_FREE, N_POINTS, EDITION):
         mesh.state[k] = journal.state[J_MESH + k]
     # The rows that were taken off the stack of dead cells go back there.
     top = mesh.state[N_FREE]

@@ -41,6 +41,7 @@ N_CELLS = 0  # cells in use, dead ones included: rows [0, n) of the cell arrays
 N_FREE = 1  # dead cells on the stack `free`
 CLOCK = 2  # number of the current sweep
 N_POINTS = 3  # rows [0, n) of the vertex arrays in use
+EDITION = 4  # raised by every change of a cell
 
 
 # Places in Journal.state.
@@ -87,7 +88,7 @@ class SimplexMesh(NamedTuple):
     required: np.ndarray  # (k,) int64: sorted keys `a * np + b`, a < b, of internal edges to keep
     vertex_clock: np.ndarray  # (np,) int64: sweep of the last change in the ball
     free: np.ndarray  # (capacity,) int64: stack of dead cells
-    state: np.ndarray  # (4,) int64: N_CELLS, N_FREE, CLOCK, N_POINTS
+    state: np.ndarray  # (5,) int64: N_CELLS, N_FREE, CLOCK, N_POINTS, EDITION
     judge: Judge
     slides: bool  # whether some vertices of the boundary may move
     single: bool  # points are stored in single precision
@@ -105,7 +106,7 @@ class Journal(NamedTuple):
     points: np.ndarray  # (4 * MAX_KEPT, 3) float64
     cell_mark: np.ndarray  # (capacity,) int64
     vertex_mark: np.ndarray  # (np,) int64
-    state: np.ndarray  # (8,) int64: J_ACTIVE, J_STAMP, J_CELLS, J_VERTICES, J_MESH
+    state: np.ndarray  # (9,) int64: J_ACTIVE, J_STAMP, J_CELLS, J_VERTICES, J_MESH
 
 
 class Scratch(NamedTuple):

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from .base import Observer, Operator, Pass, Silent, Tally
+from .base import Operator, Pass
 from .check import Check
 from .collapse import Collapse
 from .mend import Mend
 from .relax import Relax
+from .run import SILENT, UNLIMITED, Budget, Observer, OutOfTimeError, Silent, Tally
 from .smooth import Smooth
 from .split import Split
 from .swap import Swap
@@ -16,4 +17,15 @@ PASSES: dict[str, type[Pass]] = {
     p.name: p for p in (Check, Untangle, Smooth, Swap, Collapse, Relax, Split, Mend)
 }
 
-__all__ = ["PASSES", "Observer", "Operator", "Pass", "Silent", "Tally"]
+__all__ = [
+    "PASSES",
+    "SILENT",
+    "UNLIMITED",
+    "Budget",
+    "Observer",
+    "Operator",
+    "OutOfTimeError",
+    "Pass",
+    "Silent",
+    "Tally",
+]

@@ -11,8 +11,9 @@ import numpy as np
 from ..errors import InvariantError
 from ..kernels.audit import NOT_IN_BALL, NOT_MUTUAL, NOT_POSITIVE, NOT_SHARED, WHOLE, audit
 from ..kernels.shape.simplex import measure_cells
-from ..work.workspace import Workspace
-from .base import Observer, Pass, Tally, option
+from ..work.session import Workspace
+from .base import Pass, option
+from .run import Run
 
 FAULTS = {
     NOT_POSITIVE: "is flat or inverted",
@@ -22,7 +23,7 @@ FAULTS = {
 }
 
 
-@dataclass
+@dataclass(frozen=True)
 class Check(Pass):
     """Prove that every cell is positive and knows its neighbours."""
 
@@ -34,7 +35,7 @@ class Check(Pass):
         choices=("refused", "allowed"),
     )  # fmt: skip
 
-    def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+    def sweep(self, work: Workspace, run: Run) -> None:
         """Audit the mesh.
 
         Raises
@@ -47,8 +48,8 @@ class Check(Pass):
         if fault != WHOLE:
             raise InvariantError(f"cell {cell} of the working mesh {FAULTS[fault]}")
         quality = np.empty(len(rows))
-        measure_cells(work.mesh.judge, work.mesh.points, work.mesh.cells[rows], quality)
+        measure_cells(work.mesh.judge, work.mesh.points, work.corners(rows), quality)
         # The order of a cell's vertices changes the rounding of its q, and nothing more.
-        stale = np.flatnonzero(np.abs(quality - work.mesh.quality[rows]) > 1e-9)
+        stale = np.flatnonzero(np.abs(quality - work.quality(rows)) > 1e-9)
         if len(stale):
             raise InvariantError(f"cell {rows[stale[0]]} of the working mesh has a stale quality")

@@ -10,11 +10,12 @@ import numpy as np
 
 from ..kernels.operators.collapse import Collapse as How
 from ..kernels.operators.collapse import sweep_collapse
-from ..work.workspace import Workspace
-from .base import Observer, Operator, Tally, option
+from ..work.session import Workspace
+from .base import Operator, bad_enough, option
+from .run import Run
 
 
-@dataclass
+@dataclass(frozen=True)
 class Collapse(Operator):
     """Remove internal vertices where the cells around them gain by it."""
 
@@ -22,29 +23,27 @@ class Collapse(Operator):
     summary: ClassVar[str] = "removes internal vertices where quality gains by it (18.4.2)"
     kernels: ClassVar[tuple[str, ...]] = ("collapse",)
 
-    below: float = option(3.0, "visit only cells whose Q is above this", least=1.0)
+    worse_than: float = bad_enough(3.0, "cells whose Q is above")
     placement: str = option(
         "any",
         "where the two ends meet (Figure 18.11): at one of them (ends), or also half way between",
         choices=("any", "ends"),
     )
     max_growth: float = option(
-        1.5, "longest new edge, over the longest edge of the balls it replaces", least=0.0
-    )
+        1.5, "longest new edge, over the longest edge of the balls it replaces",
+        least=0.0, most=1e3,
+    )  # fmt: skip
     min_vertices: float = option(
         0.8, "fewest vertices, over those of the input", least=0.0, most=1.0
     )
 
-    def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+    def sweep(self, work: Workspace, run: Run) -> None:
         how = How(self.rule, self.least(work), self.max_growth, self.placement == "any")
-        cells, quality = work.changed_cells(self.since(work, "edges"), self.limit)
+        cells, quality = work.changed_cells(work.since((self, "edges")), self.limit)
         order = self.ordered(work, cells, quality)
 
-        spare = max(0, work.n_vertices - math.ceil(self.min_vertices * work.n_input_vertices))
-        most = tally.applied + spare
-
-        def kernel(chunk):
-            anyone = np.full(len(chunk), -1, dtype=np.int64)
-            sweep_collapse(work.mesh, chunk, anyone, how, most, work.scratch, tally.counts)
-
-        self.visit(work, order, kernel, tally, observer)
+        fewest = math.ceil(self.min_vertices * work.bounds.n_input_vertices)
+        spare = max(0, work.n_vertices - fewest)
+        most = run.tally.applied + spare
+        anyone = np.full(len(order), -1)
+        run.visit(work, np.column_stack([order, anyone]), sweep_collapse, how, most)

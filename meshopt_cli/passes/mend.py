@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
-from ..kernels.operators.mend import Mending, Remedy, sweep_mend
+from ..kernels.operators.mend import WAYS, Mending, Remedy, sweep_mend
 from ..kernels.shape.classify import TetType
-from ..work.workspace import Workspace
-from .base import Observer, Operator, Pass, Tally, option, urgency, urgent_q
+from ..work.session import Workspace
+from .base import Operator, Pass, bad_enough, option, urgency, urgent_q
+from .run import Run
 
 Array = np.ndarray
+
+MOST_WAYS = max(map(max, WAYS))  # of any remedy
 
 # For each type, what to try in what order: the cheap and the likely first.
 REMEDIES: dict[TetType, tuple[Remedy, ...]] = {
@@ -35,45 +38,39 @@ def remedy_table() -> np.ndarray:
     return table
 
 
-@dataclass
+def worst_first(work: Workspace, cells: Array) -> Array:
+    """The cells by their q, ties by number."""
+    return cells[np.argsort(work.quality(cells), kind="stable")]
+
+
+@dataclass(frozen=True)
 class Remedial(Pass):
     """What passes share that try remedies on bad cells and undo what does not pay."""
 
     max_vertices: float = option(1.5, "most vertices, over those of the input", least=1.0, most=4.0)
     least_gain: float = option(
-        0.01, "least gain of the worst quality of what changed, as a part of it", least=0.0
+        0.01, "least gain of the worst quality of what changed, as a part of it",
+        least=0.0, most=1e3,
+    )  # fmt: skip
+    trials: int = option(
+        4, "ways of a remedy that are carried out, the best first", least=1, most=MOST_WAYS
     )
-    trials: int = option(4, "ways of a remedy that are carried out, the best first", least=1)
-    steps: int = option(5, "improvements of what is around, after the first change", least=0)
-
-    def forget(self) -> None:
-        super().forget()
-        self._seen = np.empty(0, dtype=np.int64)
-
-    def memory(self) -> Any:
-        return super().memory(), self._seen
-
-    def recall(self, memory: Any) -> None:
-        since, self._seen = memory
-        super().recall(since)
-
-    def validate(self) -> None:
-        super().validate()
-        self.forget()
+    steps: int = option(
+        5, "improvements of what is around, after the first change", least=0, most=100
+    )
 
     def arranged(self, work: Workspace, cells: Array) -> Array:
         """The cells in the order of the visits: the worst first."""
-        return cells[np.argsort(work.mesh.quality[cells], kind="stable")]
+        return worst_first(work, cells)
 
     def mend(
         self,
         work: Workspace,
         cells: Array,
         limit: float,
-        harm: float,
+        least_kept: float,
         urgent: float,
-        tally: Tally,
-        observer: Observer,
+        run: Run,
     ) -> None:
         """Visit those cells around which something changed since they were visited last.
 
@@ -81,32 +78,23 @@ class Remedial(Pass):
         ----------
         limit : float
             The q below which a cell is visited.
-        harm : float
+        least_kept : float
             What the first change may leave of the q of a cell, as a part of it.
         urgent : float
             Where what changes is better than this q, its mean Q must fall, too.
         """
-        room = work.make_room(self.max_vertices, len(cells))
-        seen = np.full(len(work.mesh.points), -1)
-        seen[: len(self._seen)] = self._seen
-        corners = work.mesh.cells[cells]
-        changed = work.mesh.vertex_clock[corners] > seen[corners]
-        cells = cells[np.count_nonzero(changed, axis=1) >= 2]
-        seen[work.mesh.cells[cells]] = work.next_sweep()
-        self._seen = seen
+        max_points = work.room_for_vertices(self.max_vertices, len(cells))
+        cells = work.not_seen((self, "cells"), cells)
         if not len(cells):
             return
-        how = Mending(limit, harm, self.least_gain, room, self.trials, self.steps, urgent)
+        how = Mending(
+            limit, least_kept, self.least_gain, max_points, self.trials, self.steps, urgent
+        )
         order = self.arranged(work, cells)
-        table = remedy_table()
-
-        def kernel(chunk):
-            sweep_mend(work.mesh, chunk, table, how, work.scratch, tally.counts)
-
-        self.visit(work, order, kernel, tally, observer)
+        run.visit(work, order, sweep_mend, remedy_table(), how)
 
 
-@dataclass
+@dataclass(frozen=True)
 class Mend(Remedial, Operator):
     """Change, improve what is around, and undo it where it does not pay."""
 
@@ -114,39 +102,42 @@ class Mend(Remedial, Operator):
     summary: ClassVar[str] = "composite operations on the worst cells, by their type (18.5)"
     kernels: ClassVar[tuple[str, ...]] = ("mend",)
 
-    below: float = option(2.0, "visit only cells whose Q is above this", least=1.0)
+    worse_than: float = bad_enough(2.0, "cells whose Q is above")
     accept: str = option("strict", "the worst Q of what changed must fall", choices=("strict",))
-    harm: float = option(
+    least_kept: float = option(
         0.8, "what the first change may leave of the quality of the cell", least=0.0, most=1.0
     )
-    rings: int = option(
+    max_rings: int = option(
         0, "where cells stay bad, mend up to so many rings of cells around them, and try again",
         least=0, most=4,
     )  # fmt: skip
-    crowd: int = option(64, "rings are mended around so many of the worst cells at most", least=1)
-    enough: float = option(
-        1.1, "no rings around cells whose Q is below so many times the target", least=1.0
+    max_cells: int = option(
+        64, "rings are mended around so many of the worst cells at most", least=1, most=1_000_000
     )
-    urgent: float = urgency()
-    around: float = option(1.6, "visit only cells of these rings whose Q is above this", least=1.0)
+    near_target: float = option(
+        1.1, "no rings around cells whose Q is below so many times the target",
+        least=1.0, most=1e3,
+    )  # fmt: skip
+    urgent_factor: float = urgency()
+    rings_worse_than: float = bad_enough(1.6, "cells of these rings whose Q is above")
 
-    def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+    def sweep(self, work: Workspace, run: Run) -> None:
         def mend(cells: Array, limit: float) -> None:
-            urgent = urgent_q(work, self.urgent)
-            self.mend(work, cells, limit, self.harm, urgent, tally, observer)
+            urgent = urgent_q(work, self.urgent_factor)
+            self.mend(work, cells, limit, self.least_kept, urgent, run)
 
         mend(work.worse_cells(self.limit), self.limit)
         # What is nearly as good as the boundary allows is worth no more than that.
-        limit = 1.0 / max(self.below, self.enough * work.target)
-        around = 1.0 / self.around
-        for n_rings in range(1, self.rings + 1):
+        limit = 1.0 / max(self.worse_than, self.near_target * work.bounds.target)
+        around = 1.0 / self.rings_worse_than
+        for n_rings in range(1, self.max_rings + 1):
             bad = work.worse_cells(limit)
             if not len(bad):
                 return
-            bad = bad[np.argsort(work.mesh.quality[bad], kind="stable")][: self.crowd]
+            bad = worst_first(work, bad)[: self.max_cells]
             near = work.rings_around(bad, n_rings)
-            mend(near[work.mesh.quality[near] < around], around)
+            mend(near[work.quality(near) < around], around)
             mend(work.worse_cells(limit), limit)
 
     def arranged(self, work: Workspace, cells: Array) -> Array:
-        return self.ordered(work, cells, work.mesh.quality[cells])
+        return self.ordered(work, cells, work.quality(cells))

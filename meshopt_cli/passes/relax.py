@@ -12,9 +12,9 @@ from ..kernels.operators.collapse import Collapse, sweep_collapse
 from ..kernels.operators.relax import sweep_relax
 from ..kernels.operators.swap import Swap
 from ..kernels.shape.angles import angle_sums
-from ..mesh import adjacency
-from ..work.workspace import Workspace
-from .base import Observer, Operator, Tally, option
+from ..work.session import Workspace
+from .base import Operator, option
+from .run import Run
 from .smooth import RELAXATION
 
 Array = np.ndarray
@@ -27,12 +27,9 @@ def target_degrees(work: Workspace) -> Array:
     tets, and the edges around a vertex are by Euler's relation one more than those triangles,
     and 1 + (tets + surface triangles) / 2.
     """
-    mesh = work.mesh
-    cells = mesh.cells[work.living()]
-    angle = np.zeros(len(mesh.points))
-    angle_sums(mesh.points, cells, angle)
-    beyond = mesh.neighbours[work.living()]
-    rim = np.bincount(adjacency.boundary_facets(cells, beyond).ravel(), minlength=len(mesh.points))
+    angle = np.zeros(len(work.mesh.points))
+    angle_sums(work.mesh.points, work.corners(work.living()), angle)
+    rim = work.facets_at()
     if work.dimension == 2:
         n_cells = np.maximum(np.round(6.0 * angle / (2.0 * np.pi)), 1.0)
         return np.where(rim > 0, n_cells + 1.0, 6.0)
@@ -40,7 +37,7 @@ def target_degrees(work: Workspace) -> Array:
     return np.where(rim > 0, np.round(1.0 + 0.5 * (n_cells + rim)), 12.0)
 
 
-@dataclass
+@dataclass(frozen=True)
 class Relax(Operator):
     """Bring degrees nearer to 6 (triangles) or 12 (tetrahedra)."""
 
@@ -51,65 +48,49 @@ class Relax(Operator):
     accept: str = option(
         "floor", "as in swap; here quality may fall while degrees gain", choices=("floor", "strict")
     )
-    floor: float = option(
+    least_quality: float = option(
         0.3, "least quality 1/Q of a patch; one that is worse may not get worse still",
         least=0.0, most=1.0,
     )  # fmt: skip
     max_growth: float = option(
-        1.2, "as in collapse, for vertices with far too few neighbours", least=0.0
+        1.2, "as in collapse, for vertices with far too few neighbours", least=0.0, most=1e3
     )
 
-    def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
-        self._collapse(work, tally, observer)
-        self._swap(work, tally, observer)
-        self._relocate(work, tally, observer)
+    def sweep(self, work: Workspace, run: Run) -> None:
+        self._collapse(work, run)
+        self._swap(work, run)
+        self._relocate(work, run)
 
-    def _collapse(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+    def _collapse(self, work: Workspace, run: Run) -> None:
         """Remove internal vertices of degree 3 (plane) or 4 (space): nothing else raises it."""
         rows = work.living()
-        cells = work.mesh.cells[rows]
-        degree = adjacency.degrees(cells, len(work.mesh.points))
-        poor = (degree == work.dimension + 1) & ~work.mesh.fixed
+        cells = work.corners(rows)
+        poor = (work.degrees() == work.dimension + 1) & ~work.mesh.fixed
         where, corner = np.nonzero(poor[cells])
-        order, victims = rows[where], cells[where, corner]
-        how = Collapse(self.rule, self.floor, self.max_growth, False)
-
-        def kernel(chunk):
-            cells, poorest = order[chunk], victims[chunk]
-            most = len(poor)
-            sweep_collapse(work.mesh, cells, poorest, how, most, work.scratch, tally.counts)
-
+        order = np.column_stack([rows[where], cells[where, corner]])
+        how = Collapse(self.rule, self.least_quality, self.max_growth, False)
         work.next_sweep()
-        self.visit(work, np.arange(len(order)), kernel, tally, observer)
+        run.visit(work, order, sweep_collapse, how, len(poor))
 
-    def _swap(self, work: Workspace, tally: Tally, observer: Observer) -> None:
-        cells = work.mesh.cells[work.living()]
-        degree = adjacency.degrees(cells, len(work.mesh.points)).astype(np.float64)
+    def _swap(self, work: Workspace, run: Run) -> None:
+        degree = work.degrees().astype(np.float64)
         target = target_degrees(work)
-        since = self.since(work, "shells")
-        how = Swap(self.rule, self.floor, False, since)
+        since = work.since((self, "shells"))
+        how = Swap(self.rule, self.least_quality, False, since)
         rows, quality = work.changed_cells(since, self.limit)
         order = self.ordered(work, rows, quality)
+        run.visit(work, order, sweep_relax, how, degree, target)
 
-        def kernel(chunk):
-            sweep_relax(work.mesh, chunk, how, degree, target, work.scratch, tally.counts)
-
-        self.visit(work, order, kernel, tally, observer)
-
-    def _relocate(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+    def _relocate(self, work: Workspace, run: Run) -> None:
         """Let the vertices settle where the new degrees draw them."""
         how = relocate.Relocation(
             relocate.QUALITY,
             relocate.DEGRADATION,
             RELAXATION[work.dimension],
             self.rule,
-            self.floor,
+            self.least_quality,
             self.limit,
         )
-        vertices, worst = work.changed_vertices(self.since(work, "balls"), self.limit)
+        vertices, worst = work.changed_vertices(work.since((self, "balls")), self.limit)
         order = self.ordered(work, vertices, worst)
-
-        def kernel(chunk):
-            relocate.sweep_relocation(work.mesh, chunk, how, work.scratch, tally.counts)
-
-        self.visit(work, order, kernel, tally, observer)
+        run.visit(work, order, relocate.sweep_relocation, how)

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ..kernels.operators import relocate
-from ..work.workspace import Workspace
-from .base import Observer, Operator, Tally, option
+from ..work.session import Workspace
+from .base import Operator, option
+from .run import Run
 
 METHODS = {
     "laplace": relocate.LAPLACE,
@@ -25,7 +26,7 @@ WEIGHTS = {
 RELAXATION = {2: 0.9, 3: 0.7}
 
 
-@dataclass
+@dataclass(frozen=True)
 class Smooth(Operator):
     """Move internal vertices inside their balls."""
 
@@ -45,9 +46,11 @@ class Smooth(Operator):
         0.0, "part of the way to go at first (18.22); 0: 0.9 in the plane, 0.7 in space",
         least=0.0, most=1.0,
     )  # fmt: skip
-    sweeps: int = option(3, "sweeps over the mesh in one run, fewer when nothing moves", least=1)
+    sweeps: int = option(
+        3, "sweeps over the mesh in one run, fewer when nothing moves", least=1, most=1000
+    )
 
-    def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+    def sweep(self, work: Workspace, run: Run) -> None:
         how = relocate.Relocation(
             METHODS[self.method],
             WEIGHTS[self.weight],
@@ -57,13 +60,9 @@ class Smooth(Operator):
             self.limit,
         )
         for _ in range(self.sweeps):
-            vertices, worst = work.changed_vertices(self.since(work, "balls"), self.limit)
+            vertices, worst = work.changed_vertices(work.since((self, "balls")), self.limit)
             order = self.ordered(work, vertices, worst)
-            applied = tally.applied
-
-            def kernel(chunk):
-                relocate.sweep_relocation(work.mesh, chunk, how, work.scratch, tally.counts)
-
-            self.visit(work, order, kernel, tally, observer)
-            if tally.applied == applied:
+            applied = run.tally.applied
+            run.visit(work, order, relocate.sweep_relocation, how)
+            if run.tally.applied == applied:
                 break

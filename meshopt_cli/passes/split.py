@@ -9,12 +9,12 @@ import numpy as np
 
 from ..kernels.operators.constrained import sweep_constrained
 from ..kernels.operators.insert import Splitting, sweep_split
-from ..mesh import adjacency
-from ..work.workspace import Workspace
-from .base import Observer, Operator, Tally, option, urgency, urgent_q
+from ..work.session import Workspace
+from .base import Operator, bad_enough, option, urgency, urgent_q
+from .run import Run
 
 
-@dataclass
+@dataclass(frozen=True)
 class Split(Operator):
     """Insert vertices into cavities around bad cells."""
 
@@ -22,16 +22,17 @@ class Split(Operator):
     summary: ClassVar[str] = "adds vertices where nothing else mends a cell (18.4)"
     kernels: ClassVar[tuple[str, ...]] = ("split",)
 
-    below: float = option(3.0, "visit only cells whose Q is above this", least=1.0)
+    worse_than: float = bad_enough(3.0, "cells whose Q is above")
     accept: str = option("strict", "the worst Q of the cavity must fall", choices=("strict",))
     max_vertices: float = option(1.5, "most vertices, over those of the input", least=1.0, most=4.0)
     least_gain: float = option(
-        0.1, "least gain of the worst quality of a cavity, as a part of it", least=0.0
-    )
-    urgent: float = urgency()
-    promise: float = option(
+        0.1, "least gain of the worst quality of a cavity, as a part of it",
+        least=0.0, most=1e3,
+    )  # fmt: skip
+    urgent_factor: float = urgency()
+    first_gain: float = option(
         0.0, "away from those urgent cells, move the new vertex only where the first cavity is at "
-        "least so many times as good as the cell", least=0.0,
+        "least so many times as good as the cell", least=0.0, most=1e3,
     )  # fmt: skip
     constrained: float = option(
         0.0, "also split cells, and internal edges and faces, that have all their vertices on the "
@@ -39,50 +40,31 @@ class Split(Operator):
         least=0.0, most=1.0,
     )  # fmt: skip
 
-    def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+    def sweep(self, work: Workspace, run: Run) -> None:
         if self.constrained:
-            self._split_constrained(work, tally, observer)
-        cells, quality = work.changed_cells(self.since(work, "cavities"), self.limit)
+            self._split_constrained(work, run)
+        cells, quality = work.changed_cells(work.since((self, "cavities")), self.limit)
         if not len(cells):
             return
-        room = work.make_room(self.max_vertices, len(cells))
+        max_points = work.room_for_vertices(self.max_vertices, len(cells))
         order = self.ordered(work, cells, quality)
-        how = Splitting(room, self.least_gain, urgent_q(work, self.urgent), self.promise)
+        how = Splitting(
+            max_points, self.least_gain, urgent_q(work, self.urgent_factor), self.first_gain
+        )
+        run.visit(work, order, sweep_split, how)
 
-        def kernel(chunk):
-            sweep_split(work.mesh, chunk, how, work.scratch, tally.counts)
-
-        self.visit(work, order, kernel, tally, observer)
-
-    def _split_constrained(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+    def _split_constrained(self, work: Workspace, run: Run) -> None:
         """Give every over-constrained entity a vertex inside (Definitions 18.8, 18.9)."""
         applied = -1
-        while tally.applied > applied:
-            applied = tally.applied
+        while run.tally.applied > applied:
+            applied = run.tally.applied
             # The cells around a new vertex may be constrained at another of their edges.
             cells = work.living()
-            room = work.make_room(self.max_vertices, len(cells))
-            on_boundary = np.zeros(len(work.mesh.points), dtype=bool)
-            beyond = work.mesh.neighbours[cells]
-            on_boundary[adjacency.boundary_facets(work.mesh.cells[cells], beyond)] = True
+            max_points = work.room_for_vertices(self.max_vertices, len(cells))
+            on_boundary = work.facets_at() > 0
             # An internal edge needs two vertices there; every other entity has such edges.
-            cells = cells[np.count_nonzero(on_boundary[work.mesh.cells[cells]], axis=1) >= 2]
-            order = self.ordered(work, cells, work.mesh.quality[cells])
-            self._sweep_constrained(work, order, on_boundary, room, tally, observer)
-
-    def _sweep_constrained(
-        self,
-        work: Workspace,
-        order: np.ndarray,
-        on_boundary: np.ndarray,
-        room: int,
-        tally: Tally,
-        observer: Observer,
-    ) -> None:
-        work.next_sweep()
-
-        def kernel(chunk):
-            mesh, keep, scratch = work.mesh, self.constrained, work.scratch
-            sweep_constrained(mesh, chunk, on_boundary, keep, room, scratch, tally.counts)
-
-        self.visit(work, order, kernel, tally, observer)
+            cells = cells[np.count_nonzero(on_boundary[work.corners(cells)], axis=1) >= 2]
+            order = self.ordered(work, cells, work.quality(cells))
+            work.next_sweep()
+            keep = self.constrained
+            run.visit(work, order, sweep_constrained, on_boundary, keep, max_points)

@@ -8,11 +8,12 @@ from typing import ClassVar
 from ..kernels.operators.flip import sweep_flip
 from ..kernels.operators.swap import Swap as How
 from ..kernels.operators.swap import sweep_swap
-from ..work.workspace import Workspace
-from .base import Observer, Operator, Tally, option
+from ..work.session import Workspace
+from .base import Operator, option
+from .run import Run
 
 
-@dataclass
+@dataclass(frozen=True)
 class Swap(Operator):
     """Flip edges of triangles; swap faces and edges of tetrahedra."""
 
@@ -24,14 +25,10 @@ class Swap(Operator):
         "first", "which of the accepted swaps of a cell is applied", choices=("first", "best")
     )
 
-    def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
-        since = self.since(work, "shells")
+    def sweep(self, work: Workspace, run: Run) -> None:
+        since = work.since((self, "shells"))
         how = How(self.rule, self.least(work), self.pick == "best", since)
         sweep = sweep_swap if work.dimension == 3 else sweep_flip
         cells, quality = work.changed_cells(since, self.limit)
         order = self.ordered(work, cells, quality)
-
-        def kernel(chunk):
-            sweep(work.mesh, chunk, how, work.scratch, tally.counts)
-
-        self.visit(work, order, kernel, tally, observer)
+        run.visit(work, order, sweep, how)

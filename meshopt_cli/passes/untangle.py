@@ -10,12 +10,13 @@ import numpy as np
 
 from ..kernels.accept import FLAT, STRICT
 from ..kernels.operators import relocate
-from ..work.workspace import Workspace
-from .base import Observer, Tally, option
+from ..work.session import Workspace
+from .base import option
 from .mend import Remedial
+from .run import Run
 
 
-@dataclass
+@dataclass(frozen=True)
 class Untangle(Remedial):
     """Move, swap and insert around inverted cells; without any, there is nothing to do."""
 
@@ -23,39 +24,33 @@ class Untangle(Remedial):
     summary: ClassVar[str] = "mends inverted and flat cells inside the mesh"
     # Those of `mend` take long, and few meshes are tangled: they are compiled when one is.
     kernels: ClassVar[tuple[str, ...]] = ("relocation",)
+    mends_tangles: ClassVar[bool] = True
 
-    rounds: int = option(20, "rounds of relocation and of composite operations", least=1)
+    rounds: int = option(20, "rounds of relocation and of composite operations", least=1, most=1000)
 
-    def sweep(self, work: Workspace, tally: Tally, observer: Observer) -> None:
+    def sweep(self, work: Workspace, run: Run) -> None:
         for _ in range(self.rounds):
             bad = work.worse_cells(FLAT)
             if not len(bad):
                 return
-            applied = tally.applied
-            self._relocate(work, bad, tally, observer)
-            self.mend(work, work.worse_cells(FLAT), FLAT, 0.0, math.inf, tally, observer)
-            if tally.applied == applied:
+            applied = run.tally.applied
+            self._relocate(work, bad, run)
+            self.mend(work, work.worse_cells(FLAT), FLAT, 0.0, math.inf, run)
+            if run.tally.applied == applied:
                 return
 
-    def _relocate(self, work: Workspace, bad: np.ndarray, tally: Tally, observer: Observer) -> None:
+    def _relocate(self, work: Workspace, bad: np.ndarray, run: Run) -> None:
         """Move the free vertices of the bad cells, and those of the ring around them.
 
         The mean of its neighbours is often inside the ball of a vertex far outside of it,
         where uphill is a long way.
         """
-        self._move(work, relocate.LAPLACE, bad, tally, observer)
-        self._move(work, relocate.OPTIMIZE, bad, tally, observer)
-        self._move(work, relocate.OPTIMIZE, work.rings_around(bad, 1), tally, observer)
+        self._move(work, relocate.LAPLACE, bad, run)
+        self._move(work, relocate.OPTIMIZE, bad, run)
+        self._move(work, relocate.OPTIMIZE, work.rings_around(bad, 1), run)
 
-    def _move(
-        self, work: Workspace, method: int, cells: np.ndarray, tally: Tally, observer: Observer
-    ) -> None:
+    def _move(self, work: Workspace, method: int, cells: np.ndarray, run: Run) -> None:
         how = relocate.Relocation(method, relocate.UNIFORM, 1.0, STRICT, 0.0, np.inf)
-        vertices = np.unique(work.mesh.cells[cells])
-        order = vertices[~work.mesh.fixed[vertices]]
-
-        def kernel(chunk):
-            relocate.sweep_relocation(work.mesh, chunk, how, work.scratch, tally.counts)
-
+        order = work.movable(cells)
         work.next_sweep()
-        self.visit(work, order, kernel, tally, observer)
+        run.visit(work, order, relocate.sweep_relocation, how)

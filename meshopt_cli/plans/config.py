@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from ..errors import ConfigError
 from ..passes import PASSES, Pass
 from ..quality.measures import DEFAULT_MEASURE, Measure, measure_named
-from .pipeline import Pipeline, Repeat, Sequence, Stage
-from .presets import DEFAULT_PRESET, pass_named, preset_named
+from .pipeline import Pipeline
+from .presets import DEFAULT_PRESET, preset_named
 from .ranges import RANGES
+from .settings import option_of, pass_named, with_settings
+from .stages import Repeat, Sequence, Stage
 from .toml import hint, read_toml
 
 # Keys of a pipeline file and what each must be; numbers have their ranges besides.
@@ -42,7 +43,7 @@ class Request:
     time_limit: float | None = None
 
 
-@dataclass
+@dataclass(frozen=True)
 class Plan:
     """A pipeline with the measure it works by.
 
@@ -88,8 +89,7 @@ def plan_for(request: Request, dimension: int = 3) -> Plan:
             plan = _plan(values, request, dimension)
         except ConfigError as error:
             raise ConfigError(f"{request.config}: {error}") from error
-    apply_settings(plan.pipeline.passes(), request.settings)
-    return plan
+    return replace(plan, pipeline=with_settings(plan.pipeline, request.settings))
 
 
 def _plan(values: dict[str, Any], request: Request, dimension: int) -> Plan:
@@ -155,63 +155,5 @@ def _pass(table: Any, where: str) -> Pass:
     if not isinstance(table, dict) or not isinstance(table.get("name"), str):
         raise ConfigError(f"each [[{where}]] needs a name, one of {', '.join(PASSES)}")
     kind = pass_named(table["name"])
-    options = {}
-    for key, value in table.items():
-        if key != "name":
-            name = _option_of(kind, key)
-            options[name] = _converted(kind, name, value, is_text=False)
-    return kind(**options)
-
-
-def apply_settings(passes: Iterable[Pass], settings: Iterable[str]) -> None:
-    """Apply `PASS.OPTION=VALUE` settings to every pass of that name.
-
-    Raises
-    ------
-    ConfigError
-        The text has another form, or there is no such pass, option or value.
-    """
-    steps = list(passes)
-    for setting in settings:
-        target, equals, value = setting.partition("=")
-        name, dot, key = target.strip().partition(".")
-        if not equals or not dot:
-            raise ConfigError(f"--set {setting}: must be PASS.OPTION=VALUE")
-        kind = pass_named(name)
-        option = _option_of(kind, key)
-        for step in steps:
-            if step.name == name:
-                setattr(step, option, _converted(kind, option, value.strip(), is_text=True))
-                step.validate()
-        if not any(step.name == name for step in steps):
-            raise ConfigError(f"--set {setting}: the pipeline has no pass {name}")
-
-
-def _option_of(kind: type[Pass], key: str) -> str:
-    names = [f.name for f in fields(kind)]
-    name = key.replace("-", "_")
-    if name not in names:
-        shown = [n.replace("_", "-") for n in names]
-        raise ConfigError(f"pass {kind.name} has no option {key!r}{hint(key, shown)}")
-    return name
-
-
-def _converted(kind: type[Pass], name: str, value: Any, is_text: bool) -> Any:
-    """The value as the type of the option.
-
-    Parameters
-    ----------
-    is_text : bool
-        Whether it comes from the command line, where a number is text too; in a file the kind
-        of the value must fit.
-    """
-    wanted = next(str(f.type) for f in fields(kind) if f.name == name)
-    allowed = {"int": (int,), "float": (int, float), "str": (str,)}[wanted]
-    makers = {"int": int, "float": float, "str": str}
-    try:
-        if not is_text and (isinstance(value, bool) or not isinstance(value, allowed)):
-            raise ValueError
-        return makers[wanted](value)
-    except (ValueError, OverflowError):
-        shown = f"{kind.name}.{name.replace('_', '-')}"
-        raise ConfigError(f"{shown}: {value!r} is not of type {wanted}") from None
+    options = {key: value for key, value in table.items() if key != "name"}
+    return kind(**dict(option_of(kind, key, value) for key, value in options.items()))

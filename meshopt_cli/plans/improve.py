@@ -14,8 +14,9 @@ from ..boundary.patches import Patches
 from ..kernels.types import Judge
 from ..mesh.cast import Simplices
 from ..passes import Observer
-from ..work.workspace import Workspace
-from .pipeline import Line, Pipeline
+from ..work.session import Workspace
+from .pipeline import Pipeline
+from .stages import Line
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from ..errors import ConfigError
 from ..kernels.shape.angles import ANGLE_Q
-from ..passes import PASSES, Pass
+from ..passes import Pass
 from ..passes.check import Check
 from ..passes.collapse import Collapse
 from ..passes.mend import Mend
@@ -20,7 +20,9 @@ from ..passes.smooth import Smooth
 from ..passes.split import Split
 from ..passes.swap import Swap
 from ..passes.untangle import Untangle
-from .pipeline import Chain, Repeat, Sequence, Stage, Stop, WithAngles
+from .angles import WithAngles
+from .stages import Chain, Repeat, Sequence, Stage
+from .stop import Stop
 
 DEFAULT_PRESET = "standard"
 
@@ -48,10 +50,10 @@ def _audited(*stages: Stage) -> tuple[Stage, ...]:
 
 
 # Relocation alone, and the mean alone, go on while they gain these parts of the quality.
-_SETTLED = Stop(rounds=15, gain=0.08)
-_POLISHED = Stop(rounds=10, gain=0.03)
+_RELOCATION_STOP = Stop(rounds=15, gain=0.08)
+_MEAN_STOP = Stop(rounds=10, gain=0.03)
 # Rounds with new vertices and a better mean take turns, and once more where that gains this.
-_AGAIN = Stop(rounds=2, gain=0.01)
+_TURNS_STOP = Stop(rounds=2, gain=0.01)
 
 # Worst Q of the places that are worth a visit: a regular triangulation of the plane is all 1, one
 # of space is not, so that in space there is nothing to win at Q = 1.5.
@@ -61,36 +63,34 @@ _SMOOTH = {2: 1.1, 3: 1.6}
 _GROWTH = 2.0
 _BAR = {2: 1.5, 3: ANGLE_Q}
 _SPLIT = {2: 1.8, 3: 2.0}
-_POLISH = {2: 1.5, 3: 2.0}
+_MEAN = {2: 1.5, 3: 2.0}
 
 
-def _settle() -> Repeat:
+def _relocation_alone() -> Repeat:
     """Relocation alone, for as long as it pays."""
-    return Repeat(Sequence((Smooth(sweeps=2, order="index"),)), _SETTLED)
+    return Repeat(Sequence((Smooth(sweeps=2, order="index"),)), _RELOCATION_STOP)
 
 
-def _loosen() -> Sequence:
+def _better_degrees() -> Sequence:
     """Degrees of triangles nearer to six, at some cost that the rounds after it make good.
 
     In the plane they are what keeps the mean from being better; in space this pays too seldom.
     """
-    smooth = Smooth(method="laplace", accept="floor", floor=0.4, sweeps=1, order="index")
+    smooth = Smooth(method="laplace", accept="floor", least_quality=0.4, sweeps=1, order="index")
     return Sequence((smooth, Relax()) * 3)
 
 
-def _rounds(
-    stop: Stop, swap_below: float, smooth_below: float, split_below: float
-) -> tuple[Repeat, Repeat]:
+def _rounds(stop: Stop, dimension: int) -> tuple[Repeat, Repeat]:
     """Swap, relocate and lift the worst balls; remove vertices, and add some, where that fails.
 
     New vertices come last, so that there are few of them.
     """
     # Shared: what the rounds without new vertices left as it was needs no second visit.
-    swap = Swap(below=swap_below, pick="best")
-    smooth = Smooth(below=smooth_below, sweeps=2, order="index")
-    lift = Smooth(method="optimize", below=swap_below, sweeps=1)
+    swap = Swap(worse_than=_SWAP[dimension], pick="best")
+    smooth = Smooth(worse_than=_SMOOTH[dimension], sweeps=2, order="index")
+    lift = Smooth(method="optimize", worse_than=_SWAP[dimension], sweeps=1)
     # Most of what is bad beside the boundary stays so: little time is spent on it.
-    split = Split(below=split_below, promise=0.85)
+    split = Split(worse_than=_SPLIT[dimension], first_gain=0.85)
 
     def steps(change: Pass) -> Sequence:
         return Sequence((swap, smooth, change, lift))
@@ -100,24 +100,24 @@ def _rounds(
     return Repeat(steps(Collapse()), sooner), Repeat(steps(split), stop)
 
 
-def _polish(stop: Stop, worst: float) -> Repeat:
+def _better_mean(stop: Stop, worst: float) -> Repeat:
     """A better mean, where no cell comes to be worse than `worst` for it.
 
     What lifts the worst cell of a ball costs the others some of theirs, to no avail where the
     boundary does not let that cell be good.
     """
-    floor = 1.0 / worst
-    collapse = Collapse(accept="mean", floor=floor, below=worst, min_vertices=0.6)
+    least = 1.0 / worst
+    collapse = Collapse(accept="mean", least_quality=least, worse_than=worst, min_vertices=0.6)
     # No cell is more urgent than others: what is near in the mesh is near in memory.
-    swap = Swap(accept="mean", floor=floor, below=1.5, order="index")
-    smooth = Smooth(accept="mean", floor=floor, sweeps=2, order="index")
-    enough = replace(_POLISHED, target_quality=stop.target_quality)
-    return Repeat(Sequence((collapse, swap, smooth)), enough)
+    swap = Swap(accept="mean", least_quality=least, worse_than=1.5, order="index")
+    smooth = Smooth(accept="mean", least_quality=least, sweeps=2, order="index")
+    while_it_pays = replace(_MEAN_STOP, target_quality=stop.target_quality)
+    return Repeat(Sequence((collapse, swap, smooth)), while_it_pays)
 
 
 def _fast(stop: Stop, dimension: int) -> tuple[Stage, ...]:
-    swap = Swap(below=_SWAP[dimension], pick="best")
-    smooth = Smooth(below=_SMOOTH[dimension], sweeps=2)
+    swap = Swap(worse_than=_SWAP[dimension], pick="best")
+    smooth = Smooth(worse_than=_SMOOTH[dimension], sweeps=2)
     return _audited(Sequence((Smooth(),)), Repeat(Sequence((swap, smooth)), stop))
 
 
@@ -127,30 +127,32 @@ def _standard(stop: Stop, dimension: int) -> tuple[Stage, ...]:
 
 def _usual(stop: Stop, dimension: int) -> tuple[Stage, ...]:
     """Rounds without new vertices, then with some and a better mean, for what that allows again."""
-    fewer, more = _rounds(stop, _SWAP[dimension], _SMOOTH[dimension], _SPLIT[dimension])
-    polish = _polish(stop, _POLISH[dimension])
-    again = replace(_AGAIN, target_quality=stop.target_quality)
+    relocation = _relocation_alone()
+    fewer, more = _rounds(stop, dimension)
+    mean = _better_mean(stop, _MEAN[dimension])
+    again = replace(_TURNS_STOP, target_quality=stop.target_quality)
     if dimension == 2:
-        return (Repeat(Chain((_settle(), _loosen(), fewer, more, polish)), again),)
-    return (_settle(), fewer, Repeat(Chain((more, polish)), again))
+        return (Repeat(Chain((relocation, _better_degrees(), fewer, more, mean)), again),)
+    return (relocation, fewer, Repeat(Chain((more, mean)), again))
 
 
 def _best(stop: Stop, dimension: int) -> tuple[Stage, ...]:
     """As standard, then the worst cells one by one until they are as good as `_BAR`."""
     bar = _BAR[dimension]
-    settle = Smooth(below=_SMOOTH[dimension], sweeps=2)
-    one_by_one = Mend(below=bar, max_vertices=_GROWTH)
-    around = replace(one_by_one, rings=3)
-    bold = replace(one_by_one, rings=1, harm=0.3, trials=2, urgent=1.1)
+    smooth = Smooth(worse_than=_SMOOTH[dimension], sweeps=2)
+    alone = Mend(worse_than=bar, max_vertices=_GROWTH)
+    by_rings = replace(alone, max_rings=3)
+    at_a_loss = replace(alone, max_rings=1, least_kept=0.3, trials=2, urgent_factor=1.1)
 
     def mended(*ways: Pass) -> Chain:
-        return Chain(tuple(Repeat(Sequence((way, settle)), stop) for way in ways))
+        """Rounds of each way to mend, with what relocation makes of it."""
+        return Chain(tuple(Repeat(Sequence((way, smooth)), stop) for way in ways))
 
     # A better mean makes some of what was stuck loose.
-    mend = Chain((mended(one_by_one, around, bold), _polish(stop, bar), mended(around)))
+    mend = Chain((mended(alone, by_rings, at_a_loss), _better_mean(stop, bar), mended(by_rings)))
     if dimension == 2:
         return _audited(*_usual(stop, dimension), mend)
-    angles = WithAngles(mended(one_by_one, bold), lenient=True)
+    angles = WithAngles(mended(alone, at_a_loss), lenient=True)
     return _audited(*_usual(stop, dimension), WithAngles(mend), angles)
 
 
@@ -186,16 +188,3 @@ def preset_named(name: str) -> Preset:
     if name not in PRESETS:
         raise ConfigError(f"no preset {name!r}: choose one of {', '.join(PRESETS)}")
     return PRESETS[name]
-
-
-def pass_named(name: str) -> type[Pass]:
-    """The pass of this name.
-
-    Raises
-    ------
-    ConfigError
-        There is none: the message lists them.
-    """
-    if name not in PASSES:
-        raise ConfigError(f"no pass {name!r}: choose one of {', '.join(PASSES)}")
-    return PASSES[name]

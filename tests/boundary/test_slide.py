@@ -17,7 +17,7 @@ from meshopt_cli.passes import PASSES, Silent
 from meshopt_cli.plans.pipeline import Pipeline
 from meshopt_cli.plans.presets import PRESETS
 from meshopt_cli.quality.measures import QUALITIES
-from meshopt_cli.work.workspace import Workspace
+from meshopt_cli.work.session import Workspace
 from support.edits import halves
 from support.invariants import assert_whole, region_volumes, sorted_skin, volumes
 from support.meshes import tet_grid, tri_grid
@@ -189,7 +189,7 @@ def test_vertices_of_a_plane_collapse():
     source = cast(mesh)
     work = Workspace(source, MEASURE.judge, patches=patches_of(mesh, source, TOLERANCE))
     before = work.n_vertices
-    PASSES["collapse"](below=1.0, accept="valid", min_vertices=0.5).run(work, Silent())
+    PASSES["collapse"](worse_than=1.0, accept="valid", min_vertices=0.5).run(work, Silent())
     assert_whole(work)
     after, origin = work.result()
     gone = np.setdiff1d(np.arange(len(mesh.points)), origin)

@@ -71,8 +71,8 @@ def test_mended_or_as_it_was(dimension):
     work = badly_placed(dimension, 5)
     verdicts = set()
     table = remedy_table()
-    for harm in (0.9, 0.2):
-        how = Mending(1.0, harm, 0.01, len(work.mesh.points), 2, 5, math.inf)
+    for least_kept in (0.9, 0.2):
+        how = Mending(1.0, least_kept, 0.01, len(work.mesh.points), 2, 5, math.inf)
         for cell in range(len(work.living())):
             if not work.mesh.alive[cell]:
                 continue
@@ -104,8 +104,8 @@ def test_rings_help(rings):
     source = sample("raw_ball.mesh")
     alone, with_rings = workspace(source), workspace(source)
     for _ in range(3):
-        PASSES["mend"](below=1.84).run(alone, Silent())
-        PASSES["mend"](below=1.84, rings=rings).run(with_rings, Silent())
+        PASSES["mend"](worse_than=1.84).run(alone, Silent())
+        PASSES["mend"](worse_than=1.84, max_rings=rings).run(with_rings, Silent())
     assert_kept(source, with_rings)
     assert len(with_rings.worse_cells(1 / 1.84)) < len(alone.worse_cells(1 / 1.84))
 
@@ -113,7 +113,7 @@ def test_rings_help(rings):
 def test_late_visits_cost_nothing():
     """Where nothing changed since the last visit, nothing is tried again."""
     work = workspace(sample("raw_ball.mesh"))
-    step = PASSES["mend"](rings=2)
+    step = PASSES["mend"](max_rings=2)
     while step.run(work, Silent()).applied:
         pass
     assert step.run(work, Silent()).visited == 0

@@ -6,7 +6,7 @@ import pytest
 from meshopt_cli.mesh.cast import cast
 from meshopt_cli.mesh.order import BITS, hilbert
 from meshopt_cli.quality.measures import QUALITIES
-from meshopt_cli.work.workspace import Workspace
+from meshopt_cli.work.session import Workspace
 from support.meshes import tet_grid
 
 ASPECT_RATIO = QUALITIES["aspect-ratio"].judge

@@ -51,4 +51,4 @@ def test_the_bound_on_vertices_holds():
 
 def test_not_unless_it_is_asked_for():
     work = workspace(cast(tet_grid(2)))
-    assert PASSES["split"](below=1000.0).run(work, Silent()).applied == 0
+    assert PASSES["split"](worse_than=1000.0).run(work, Silent()).applied == 0

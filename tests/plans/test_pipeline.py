@@ -15,24 +15,20 @@ from meshopt_cli.passes.mend import Mend
 from meshopt_cli.passes.smooth import Smooth
 from meshopt_cli.passes.split import Split
 from meshopt_cli.passes.swap import Swap
-from meshopt_cli.plans.pipeline import (
+from meshopt_cli.plans.angles import NEAR_TARGET, WithAngles
+from meshopt_cli.plans.pipeline import Pipeline
+from meshopt_cli.plans.stages import Chain, Outcome, Repeat, Sequence
+from meshopt_cli.plans.stop import (
     GAIN_BELOW,
-    NEAR_TARGET,
     NO_CHANGE,
     NOTHING_TO_GAIN,
     ROUNDS_DONE,
     TARGET_REACHED,
     TIME_IS_UP,
-    Chain,
-    Outcome,
-    Pipeline,
-    Repeat,
-    Sequence,
     Stop,
-    WithAngles,
 )
 from meshopt_cli.quality.measures import QUALITIES
-from meshopt_cli.work.workspace import Workspace
+from meshopt_cli.work.session import Workspace
 from support.samples import sample
 
 ASPECT_RATIO = QUALITIES["aspect-ratio"].judge
@@ -48,7 +44,7 @@ def run(work, *stages, **options):
 
 
 def test_ends_when_nothing_changes(work):
-    outcome = run(work, Repeat(Sequence((Swap(below=1e6),)), Stop()))
+    outcome = run(work, Repeat(Sequence((Swap(worse_than=1e6),)), Stop()))
     assert outcome.lines[-1].round == 1
     assert outcome.stopped in (NO_CHANGE, NOTHING_TO_GAIN)
 
@@ -146,10 +142,9 @@ def test_a_swap_is_tried_again_where_something_changed_only(name):
 def test_a_split_without_promise_is_for_the_urgent_only():
     work = Workspace(sample("raw_ball.mesh"), ASPECT_RATIO)
     urgent = np.count_nonzero(work.mesh.quality[work.living()] <= 1.5 * work.standing().worst)
-    step = Split(below=1.5, promise=1e9)
+    step = Split(worse_than=1.5, first_gain=1e3)
     assert 0 < step.run(work.copy(), Silent()).applied <= urgent
-    step.forget()
-    assert replace(step, promise=0.0).run(work.copy(), Silent()).applied > urgent
+    assert replace(step, first_gain=0.0).run(work.copy(), Silent()).applied > urgent
 
 
 def test_angles_come_first_where_the_worst_is_good_enough():
@@ -157,14 +152,14 @@ def test_angles_come_first_where_the_worst_is_good_enough():
     work = Workspace(sample("raw_ball.mesh"), ASPECT_RATIO, target=2.5)
     good = Repeat(Sequence((Smooth(), Swap(), Split())), Stop(rounds=8, gain=1e-3))
     work = run(work, good).work
-    mend = Mend(below=ANGLE_Q, max_vertices=2.0)
-    rounds = Repeat(Sequence((mend, Smooth(below=1.6))), Stop(rounds=6, gain=1e-3))
+    mend = Mend(worse_than=ANGLE_Q, max_vertices=2.0)
+    rounds = Repeat(Sequence((mend, Smooth(worse_than=1.6))), Stop(rounds=6, gain=1e-3))
     outcome = Outcome(work.copy(), Silent())
     WithAngles(rounds, lenient=True).run(outcome)
     assert least_angle(outcome.work) > least_angle(work)
     assert outcome.work.standing().worst >= min(work.standing().worst, 1 / (NEAR_TARGET * 2.5))
     assert outcome.work.judge == outcome.work.mesh.judge == ASPECT_RATIO
-    assert outcome.work.target == 2.5
+    assert outcome.work.bounds.target == 2.5
 
 
 def test_no_angle_counts_where_the_worst_is_bad(work):
@@ -178,7 +173,7 @@ def least_angle(work):
 
 def test_an_interrupt_leaves_the_mesh_whole(work):
     class Impatient(Silent):
-        def advance(self, by):
+        def advanced(self, by):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):

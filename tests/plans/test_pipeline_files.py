@@ -6,7 +6,7 @@ import pytest
 
 from meshopt_cli.errors import ConfigError
 from meshopt_cli.plans.config import Request, load, plan_for
-from meshopt_cli.plans.pipeline import Repeat
+from meshopt_cli.plans.stages import Repeat
 from support.options import every_dimension, every_preset, names, refused, rounds_of
 from support.samples import ROOT, SAMPLES
 
@@ -34,7 +34,7 @@ pick = "best"
 [[pass]]
 name = "smooth"
 sweeps = 2
-below = 2
+worse-than = 2
 
 [[pass]]
 name = "smooth"
@@ -53,8 +53,8 @@ def test_a_whole_file(planned):
     assert (stop.rounds, stop.gain, stop.target_quality) == (4, 0.25, 2.5)
     _, first, swap, second, third = plan.pipeline.passes()
     assert (first.method, swap.pick, third.method) == ("laplace", "best", "optimize")
-    assert (second.method, second.sweeps, second.below) == ("quality", 2, 2.0)
-    assert isinstance(second.below, float)
+    assert (second.method, second.sweeps, second.worse_than) == ("quality", 2, 2.0)
+    assert isinstance(second.worse_than, float)
 
 
 def test_options_win_over_the_file(planned):
@@ -167,7 +167,7 @@ def test_a_value_out_of_range_is_refused(refusal, text):
         ('pass = ["smooth"]', "name"),
         ('[[pass]]\nname = "smooth"\nsweep = 2', "did you mean 'sweeps'"),
         ('[[pass]]\nname = "smooth"\nsweeps = 0', "smooth.sweeps"),
-        ('[[pass]]\nname = "smooth"\nbelow = 0.5', "smooth.below"),
+        ('[[pass]]\nname = "smooth"\nworse-than = 0.5', "smooth.worse-than"),
         ('[[pass]]\nname = "smooth"\nmethod = "no"', "laplace"),
         ('preset = "fast"\n[[pass]]\nname = "smooth"', "preset"),
         ('preset = "fast"\n[[before]]\nname = "smooth"', "preset"),

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from meshopt_cli.passes import PASSES
 from meshopt_cli.plans.config import Request, plan_for
-from meshopt_cli.plans.pipeline import Repeat
 from meshopt_cli.plans.presets import DEFAULT_PRESET, PRESETS
+from meshopt_cli.plans.stages import Repeat
 from meshopt_cli.quality.measures import DEFAULT_MEASURE, QUALITIES
 from support.options import (
     OPTIONS,
@@ -143,9 +143,9 @@ def test_no_option_takes_a_value_of_another_kind_from_a_file(kind, option, refus
 
 
 def test_several_settings_add_up_and_the_last_one_wins():
-    several = ("smooth.below=2", "smooth.sweeps=5", "swap.pick=best", "smooth.below=3")
+    several = ("smooth.worse-than=2", "smooth.sweeps=5", "swap.pick=best", "smooth.worse-than=3")
     smooth, swap = plan_for(Request(passes=("smooth", "swap"), settings=several)).pipeline.passes()
-    assert (smooth.below, smooth.sweeps, swap.pick) == (3.0, 5, "best")
+    assert (smooth.worse_than, smooth.sweeps, swap.pick) == (3.0, 5, "best")
 
 
 def test_blanks_around_a_setting_do_no_harm():
@@ -168,7 +168,7 @@ def test_blanks_around_a_setting_do_no_harm():
         ("smooth.sweeps=0", "smooth.sweeps"),
         ("smooth.relaxation=1.5", "smooth.relaxation"),
         ("smooth.method=Laplace", "laplace"),
-        ("collapse.below=2", "collapse"),
+        ("collapse.worse-than=2", "collapse"),
     ],
 )
 def test_a_wrong_setting_is_refused(setting, said):

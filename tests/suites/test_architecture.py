@@ -38,7 +38,7 @@ MAY = {
     "transfer": {"kernels", "mesh"},
     "work": {"boundary", "handles", "kernels", "mesh"},
     "warmup": {"compiled", "kernels", "mesh", "transfer", "work"},
-    "passes": {"errors", "kernels", "mesh", "work"},
+    "passes": {"errors", "kernels", "work"},
     "plans": {"boundary", "errors", "kernels", "mesh", "passes", "quality", "work"},
     "formats": {"cells", "errors", "mesh"},
     "report": {"cells", "errors", "quality", "validity"},

@@ -17,7 +17,7 @@ from meshopt_cli.plans.presets import PRESETS
 from meshopt_cli.quality.measures import QUALITIES
 from meshopt_cli.quality.summary import histogram
 from meshopt_cli.quality.target import target
-from meshopt_cli.work.workspace import Workspace
+from meshopt_cli.work.session import Workspace
 from support.edits import declaring_some, halves, shaken, with_regions
 from support.invariants import assert_kept, snapshot, workspace
 from support.meshes import tet_grid, tri_grid
@@ -80,11 +80,11 @@ def test_every_option_of_every_pass(kind, options, name):
         if accept in ("strict", "mean"):
             assert_not_worse(before, work)
         elif accept == "floor":
-            assert work.standing().worst >= min(before.worst, step.floor) * (1 - 1e-12)
+            assert work.standing().worst >= min(before.worst, step.least_quality) * (1 - 1e-12)
 
 
 @pytest.mark.parametrize("accept", ["ratio", "floor", "mean"])
-@pytest.mark.parametrize("kind", [k for k in PASSES.values() if hasattr(k, "floor")])
+@pytest.mark.parametrize("kind", [k for k in PASSES.values() if hasattr(k, "least_quality")])
 def test_tolerance(kind, accept):
     """A pass that may lose a part of the quality loses no more, and one that may lose none, none.
 
@@ -94,7 +94,7 @@ def test_tolerance(kind, accept):
     if accept in accepts:
         work = workspace(small("tets"))
         before = work.standing()
-        kind(accept=accept, floor=1.0).run(work, Silent())
+        kind(accept=accept, least_quality=1.0).run(work, Silent())
         assert_kept(small("tets"), work)
         assert_not_worse(before, work)
 
@@ -105,26 +105,26 @@ def test_a_better_mean(kind, name):
     """The rule of the mean lowers it, where nothing may become bad for it."""
     work = workspace(small(name))
     before = work.standing()
-    assert kind(accept="mean", below=1.0).run(work, Silent()).applied > 0
+    assert kind(accept="mean", worse_than=1.0).run(work, Silent()).applied > 0
     assert work.standing().mean < before.mean
 
 
-@pytest.mark.parametrize("kind", [k for k in PASSES.values() if hasattr(k, "urgent")])
+@pytest.mark.parametrize("kind", [k for k in PASSES.values() if hasattr(k, "urgent_factor")])
 def test_what_is_not_urgent_keeps_the_mean(kind):
     """Without urgent cells a pass still lifts bad ones, and the mean Q falls with them."""
     work = workspace(small("tets"))
     before = work.standing()
-    assert kind(below=1.5, urgent=1.0).run(work, Silent()).applied > 0
+    assert kind(worse_than=1.5, urgent_factor=1.0).run(work, Silent()).applied > 0
     assert work.standing().mean < before.mean
     assert_not_worse(before, work)
 
 
-@pytest.mark.parametrize("name", [n for n, kind in PASSES.items() if hasattr(kind, "below")])
+@pytest.mark.parametrize("name", [n for n, kind in PASSES.items() if hasattr(kind, "worse_than")])
 def test_only_bad_places_are_visited(name):
-    """Where no cell is as bad as `below` says, a pass leaves every byte as it was."""
+    """Where no cell is as bad as `worse-than` says, a pass leaves every byte as it was."""
     work = workspace(small("tets"))
     before = snapshot(work)
-    step = PASSES[name](below=1.01 / work.standing().worst)
+    step = PASSES[name](worse_than=1.01 / work.standing().worst)
     assert step.run(work, Silent()).applied == 0
     after = snapshot(work)
     assert {n for n in before if before[n] != after[n]} <= {"state", "required", "fixed"} | POINTS

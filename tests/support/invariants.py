@@ -9,7 +9,7 @@ from meshopt_cli.mesh import adjacency
 from meshopt_cli.mesh.cast import Simplices, cast
 from meshopt_cli.mesh.model import Mesh
 from meshopt_cli.quality.measures import QUALITIES
-from meshopt_cli.work.workspace import Workspace
+from meshopt_cli.work.session import Workspace
 
 
 def volumes(points: np.ndarray, cells: np.ndarray) -> np.ndarray:

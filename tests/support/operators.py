@@ -20,7 +20,7 @@ from meshopt_cli.kernels.shape import simplex
 from meshopt_cli.kernels.types import APPLIED, CLOCK
 from meshopt_cli.mesh import adjacency
 from meshopt_cli.passes.smooth import METHODS, WEIGHTS
-from meshopt_cli.work.workspace import Workspace
+from meshopt_cli.work.session import Workspace
 from support import drivers
 from support.edits import shaken
 from support.invariants import assert_kept, snapshot, workspace

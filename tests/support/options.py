@@ -7,8 +7,8 @@ import pytest
 from meshopt_cli.errors import ConfigError
 from meshopt_cli.passes import PASSES
 from meshopt_cli.plans.config import Request, plan_for
-from meshopt_cli.plans.pipeline import Repeat
 from meshopt_cli.plans.presets import PRESETS
+from meshopt_cli.plans.stages import Repeat
 
 DIMENSIONS = (2, 3)
 

@@ -3,7 +3,7 @@
 from meshopt_cli.jobs import optimize as job
 from meshopt_cli.mesh.cast import cast, with_simplices
 from meshopt_cli.plans.config import Request, plan_for
-from meshopt_cli.work.workspace import Workspace
+from meshopt_cli.work.session import Workspace
 
 
 def optimized(one, with_data=True, **request):

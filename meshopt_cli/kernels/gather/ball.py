@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ...compiled.decorators import entry, inlined, kernel
-from ..types import CLOCK, MAX_BALL, N_CELLS, Scratch, SimplexMesh
+from ..types import CLOCK, EDITION, MAX_BALL, N_CELLS, Scratch, SimplexMesh
 from ..vectors import Vec, at, square_distance
 
 
@@ -115,6 +115,7 @@ def touch(mesh: SimplexMesh, cell: int) -> None:
     clock = mesh.state[CLOCK]
     for k in range(mesh.cells.shape[1]):
         mesh.vertex_clock[mesh.cells[cell, k]] = clock
+    mesh.state[EDITION] += 1
 
 
 @entry

@@ -302,12 +302,12 @@ def collapse_cell(
 
 
 @entry
-def sweep_collapse(mesh, order, victims, how, most, scratch, counts):
-    """Try the edges of each cell in turn; see `swap.sweep_swap`.
+def sweep_collapse(mesh, order, how, most, scratch, counts):
+    """Try the edges of each cell in turn; see `swap.sweep_swap`. It needs no room.
 
     Parameters
     ----------
-    order, victims : (n,) int64
+    order : (n, 2) int64
         Cells to visit, and for each the only vertex that may vanish there, -1 for any.
     most : int
         The sweep ends when so many are applied, those counted before it included.
@@ -315,5 +315,6 @@ def sweep_collapse(mesh, order, victims, how, most, scratch, counts):
     for i in range(order.shape[0]):
         if counts[APPLIED] >= most:
             break
-        if mesh.alive[order[i]]:
-            collapse_cell(mesh, order[i], victims[i], how, scratch, counts)
+        if mesh.alive[order[i, 0]]:
+            collapse_cell(mesh, order[i, 0], order[i, 1], how, scratch, counts)
+    return order.shape[0]

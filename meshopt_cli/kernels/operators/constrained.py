@@ -20,6 +20,7 @@ from ..types import (
     FIXED,
     FULL,
     INVALID,
+    MAX_CREATED,
     MAX_SHELL,
     N_POINTS,
     NOT_BETTER,
@@ -195,7 +196,7 @@ def simulate_constrained_split(
 
 @entry
 def sweep_constrained(mesh, order, on_boundary, keep, max_points, scratch, counts):
-    """Try to split the over-constrained entities of each cell in turn, edges first.
+    """Try to split the over-constrained entities of each cell, edges first; see `swap.sweep_swap`.
 
     Parameters
     ----------
@@ -204,6 +205,8 @@ def sweep_constrained(mesh, order, on_boundary, keep, max_points, scratch, count
     """
     for i in range(order.shape[0]):
         cell = order[i]
+        if not has_room(mesh, MAX_CREATED):
+            return i
         for entity in range(11 if mesh.cells.shape[1] == 4 else 4):
             if not mesh.alive[cell] or mesh.state[N_POINTS] >= max_points:
                 break
@@ -215,3 +218,4 @@ def sweep_constrained(mesh, order, on_boundary, keep, max_points, scratch, count
                 vertex = apply_insertion(mesh, plan, scratch)
                 on_boundary[vertex] = False
                 break
+    return order.shape[0]

@@ -101,7 +101,7 @@ def apply_flip(mesh: SimplexMesh, plan: FlipPlan, scratch: Scratch) -> None:
 
 @entry
 def sweep_flip(mesh, order, how, scratch, counts):
-    """Try the three edges of each triangle in turn; see `swap.sweep_swap`."""
+    """Try the three edges of each triangle in turn; see `swap.sweep_swap`. It needs no room."""
     for i in range(order.shape[0]):
         cell = order[i]
         if not mesh.alive[cell]:
@@ -126,3 +126,4 @@ def sweep_flip(mesh, order, how, scratch, counts):
             plan = simulate_flip(mesh, 4 * cell + best, how.rule, how.floor)
             apply_flip(mesh, plan, scratch)
             counts[APPLIED] += 1
+    return order.shape[0]

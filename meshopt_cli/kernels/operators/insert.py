@@ -26,6 +26,7 @@ from ..types import (
     APPLIED,
     FULL,
     INVALID,
+    MAX_CREATED,
     N_POINTS,
     NOT_BETTER,
     NOT_LEGAL,
@@ -47,7 +48,7 @@ class Splitting(NamedTuple):
     max_points: int  # rows of the vertex arrays that may be used
     gain: float  # least gain of the worst q of a cavity, as a part of it
     urgent: float  # where a cavity is no worse than this q, its mean Q must fall, too
-    promise: float  # and the first cavity of a cell must have this part of its q to be refined
+    first_gain: float  # and the first cavity of a cell must have this part of its q to be refined
 
 
 class Insertion(NamedTuple):
@@ -284,7 +285,7 @@ def simulate_insertion(mesh: SimplexMesh, cell: int, how: Splitting, scratch: Sc
             second = which
             second_worst = worst
     q = mesh.quality[cell]
-    if q > how.urgent and first_worst < how.promise * q:
+    if q > how.urgent and first_worst < how.first_gain * q:
         return Insertion(NOT_BETTER, 0, 0, centre(mesh, cell), first_worst)
     plan = refine_insertion(mesh, cell, starting_point(mesh, cell, first), how, scratch)
     if plan.verdict == APPLIED or second < 0:
@@ -326,7 +327,10 @@ def sweep_split(mesh, order, how, scratch, counts):
             continue
         if mesh.state[N_POINTS] >= how.max_points:
             break
+        if not has_room(mesh, MAX_CREATED):
+            return i
         plan = simulate_insertion(mesh, cell, how, scratch)
         counts[plan.verdict] += 1
         if plan.verdict == APPLIED:
             apply_insertion(mesh, plan, scratch)
+    return order.shape[0]

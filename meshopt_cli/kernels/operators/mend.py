@@ -27,7 +27,17 @@ from ..journal import (
     worst_before,
 )
 from ..shape.classify import cell_type
-from ..types import APPLIED, FULL, N_POINTS, NOT_BETTER, NOT_LEGAL, Scratch, SimplexMesh
+from ..types import (
+    APPLIED,
+    FULL,
+    MAX_CREATED,
+    MAX_SHELL,
+    N_POINTS,
+    NOT_BETTER,
+    NOT_LEGAL,
+    Scratch,
+    SimplexMesh,
+)
 from ..vectors import rounded
 from .climb import apply_relocation, simulate_climb
 from .collapse import MAX_GROWTH, Collapse, apply_collapse, simulate_collapse
@@ -57,7 +67,7 @@ class Mending(NamedTuple):
     """How to mend."""
 
     below: float  # cells with less q than this
-    harm: float  # what the first change may leave of the worst q
+    least_kept: float  # what the first change may leave of the worst q
     gain: float  # least gain of the worst q, as a part of it
     max_points: int  # rows of the vertex arrays that may be used
     trials: int  # ways of a remedy that are carried out
@@ -150,7 +160,7 @@ def change(
     worst : float
         Worst q right after it.
     """
-    floor = how.harm * max(mesh.quality[cell], 0.0)
+    floor = how.least_kept * max(mesh.quality[cell], 0.0)
     if remedy == REMOVE_EDGE:
         return swap_edge(mesh, cell, way, FLOOR, floor, do, scratch)
     if remedy == REMOVE_FACES:
@@ -244,7 +254,7 @@ def try_remedy(mesh: SimplexMesh, cell: int, remedy: int, how: Mending, scratch:
     Returns
     -------
     verdict : int
-        APPLIED, FULL, or NOT_BETTER with the mesh as it was.
+        APPLIED, or NOT_BETTER with the mesh as it was.
     """
     goal = mesh.quality[cell] + how.gain * abs(mesh.quality[cell])
     if remedy == RELOCATE:
@@ -257,8 +267,6 @@ def try_remedy(mesh: SimplexMesh, cell: int, remedy: int, how: Mending, scratch:
         best_worst = -math.inf
         for way in range(WAYS[mesh.cells.shape[1] - 3][remedy]):
             verdict, worst = change(mesh, cell, remedy, way, how, False, scratch)
-            if verdict == FULL:
-                return FULL
             if verdict == APPLIED and best_worst < worst < last:
                 best = way
                 best_worst = worst
@@ -289,7 +297,7 @@ def mend_cell(
 
 @entry
 def sweep_mend(mesh, order, remedies, how, scratch, counts):
-    """Try to mend each cell in turn.
+    """Try to mend each cell in turn; see `swap.sweep_swap`.
 
     Parameters
     ----------
@@ -300,7 +308,12 @@ def sweep_mend(mesh, order, remedies, how, scratch, counts):
     how : Mending
     counts : (N_VERDICTS,) int64
     """
+    # A first change, and a swap at each step.
+    most = MAX_CREATED + how.steps * MAX_SHELL
     for i in range(order.shape[0]):
         cell = order[i]
         if mesh.alive[cell] and mesh.quality[cell] < how.below:
+            if not has_room(mesh, most):
+                return i
             counts[mend_cell(mesh, cell, remedies, how, scratch)] += 1
+    return order.shape[0]

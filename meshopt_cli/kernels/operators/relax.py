@@ -10,7 +10,8 @@ import numpy as np
 
 from ...cells import TET_EDGES
 from ...compiled.decorators import entry, kernel
-from ..types import APPLIED, NOT_BETTER, Scratch, SimplexMesh
+from ..cavity import has_room
+from ..types import APPLIED, MAX_SHELL, NOT_BETTER, Scratch, SimplexMesh
 from .flip import apply_flip, simulate_flip
 from .swap import (
     NOT_VISITED,
@@ -129,7 +130,7 @@ def relax_flip(
 
 @entry
 def sweep_relax(mesh, order, how, degree, target, scratch, counts):
-    """Try the swaps of each cell in turn.
+    """Try the swaps of each cell in turn; see `swap.sweep_swap`.
 
     Parameters
     ----------
@@ -142,6 +143,8 @@ def sweep_relax(mesh, order, how, degree, target, scratch, counts):
         cell = order[i]
         if not mesh.alive[cell]:
             continue
+        if not has_room(mesh, MAX_SHELL):
+            return i
         for handle in range(10 if tets else 3):
             if not tets:
                 verdict = relax_flip(mesh, cell, handle, how, degree, target, scratch)
@@ -154,3 +157,4 @@ def sweep_relax(mesh, order, how, degree, target, scratch, counts):
             counts[verdict] += 1
             if verdict == APPLIED:
                 break
+    return order.shape[0]

@@ -132,7 +132,7 @@ def simulate_relocation(
 
 @entry
 def sweep_relocation(mesh, order, how, scratch, counts):
-    """Try each vertex in turn; `counts` (N_VERDICTS,) is raised at each verdict."""
+    """Try each vertex in turn; see `swap.sweep_swap`. It needs no room."""
     for i in range(order.shape[0]):
         vertex = order[i]
         if mesh.vertex_cell[vertex] < 0:
@@ -141,3 +141,4 @@ def sweep_relocation(mesh, order, how, scratch, counts):
         counts[plan.verdict] += 1
         if plan.verdict == APPLIED:
             apply_relocation(mesh, vertex, plan, scratch)
+    return order.shape[0]

@@ -37,6 +37,7 @@ from ..types import (
     FIXED,
     FULL,
     INVALID,
+    MAX_SHELL,
     NOT_BETTER,
     TOO_LARGE,
     Scratch,
@@ -384,13 +385,22 @@ def sweep_swap(mesh, order, how, scratch, counts):
         Tets to visit; those that died meanwhile are passed over.
     counts : (N_VERDICTS,) int64
         Raised by one for each attempt, at its verdict.
+
+    Returns
+    -------
+    place : int
+        Where in the order it stopped for want of room, before anything was done or counted
+        there; the length of the order when it is done.
     """
     for i in range(order.shape[0]):
         cell = order[i]
         if not mesh.alive[cell]:
             continue
+        if not has_room(mesh, MAX_SHELL):
+            return i
         handle = best_swap(mesh, cell, how, scratch, counts)
         if handle >= 0:
             plan = simulate_swap(mesh, cell, handle, how, scratch)
             apply_swap(mesh, plan, scratch)
             counts[APPLIED] += 1
+    return order.shape[0]

@@ -1,0 +1,138 @@
+"""One run of a pass: who watches it, how long it may take, and what it did."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+
+from ..kernels.types import N_VERDICTS, Verdict
+from ..work.session import Workspace
+from ..work.visits import chunks
+
+Array = np.ndarray
+
+
+class Observer(Protocol):
+    """Somebody who watches passes at work, such as a progress bar."""
+
+    def started(self, name: str, total: int) -> None:
+        """A sweep of this pass over so many entities begins."""
+
+    def advanced(self, by: int) -> None:
+        """So many more were visited. The mesh is whole here, should an interrupt come."""
+
+
+class Silent:
+    """The observer that does nothing."""
+
+    def started(self, name: str, total: int) -> None:
+        pass
+
+    def advanced(self, by: int) -> None:
+        pass
+
+
+SILENT = Silent()
+
+
+class OutOfTimeError(Exception):
+    """Raised between two chunks of a sweep; the mesh is whole."""
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Until when work may go on.
+
+    Attributes
+    ----------
+    deadline : float
+        By `time.monotonic`; without end by default.
+    """
+
+    deadline: float = math.inf
+
+    @classmethod
+    def of(cls, seconds: float) -> Budget:
+        """The budget that ends so many seconds from now."""
+        return cls(time.monotonic() + seconds)
+
+    def check(self) -> None:
+        """Ask for more time.
+
+        Raises
+        ------
+        OutOfTimeError
+            There is none left.
+        """
+        if time.monotonic() >= self.deadline:
+            raise OutOfTimeError
+
+
+UNLIMITED = Budget()
+
+
+@dataclass
+class Tally:
+    """What one run of a pass did."""
+
+    name: str
+    counts: Array = field(default_factory=lambda: np.zeros(N_VERDICTS, dtype=np.int64))
+    seconds: float = 0.0
+
+    @property
+    def visited(self) -> int:
+        """Number of attempts."""
+        return int(self.counts.sum())
+
+    @property
+    def applied(self) -> int:
+        return int(self.counts[Verdict.APPLIED])
+
+    @property
+    def refused(self) -> dict[str, int]:
+        """Number of refusals by verdict, those that occurred."""
+        return {
+            v.name.lower().replace("_", "-"): int(self.counts[v])
+            for v in Verdict
+            if v != Verdict.APPLIED and self.counts[v]
+        }
+
+
+@dataclass(frozen=True)
+class Run:
+    """A pass at work on a mesh."""
+
+    tally: Tally
+    observer: Observer
+    budget: Budget
+
+    def visit(self, work: Workspace, order: Array, sweep: Callable[..., int], *how: Any) -> None:
+        """Sweep over entities in chunks, and make room for cells where it is short of it.
+
+        Parameters
+        ----------
+        order : (n,) or (n, 2) int64
+        sweep : callable
+            A kernel: takes the mesh, a part of the order, `how`, the working space and the
+            counts, and returns the place in that part where it stopped for want of room.
+
+        Raises
+        ------
+        OutOfTimeError
+        """
+        self.observer.started(self.tally.name, len(order))
+        self.budget.check()
+        for chunk in chunks(order):
+            done = 0
+            while True:
+                done += sweep(work.mesh, chunk[done:], *how, work.scratch, self.tally.counts)
+                if done == len(chunk):
+                    break
+                work.grow()
+            self.observer.advanced(len(chunk))
+            self.budget.check()

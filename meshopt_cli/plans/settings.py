@@ -1,0 +1,102 @@
+"""Options of passes by name: those of `--set PASS.OPTION=VALUE`, and those of a pipeline file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import fields, replace
+from typing import Any
+
+from ..errors import ConfigError
+from ..passes import PASSES, Pass
+from .pipeline import Pipeline
+from .stages import Change
+from .toml import hint
+
+# What options were called before, of whatever pass.
+RENAMED = {
+    "below": "worse_than",
+    "floor": "least_quality",
+    "promise": "first_gain",
+    "urgent": "urgent_factor",
+    "harm": "least_kept",
+    "rings": "max_rings",
+    "around": "rings_worse_than",
+    "crowd": "max_cells",
+    "enough": "near_target",
+}
+
+
+def pass_named(name: str) -> type[Pass]:
+    """The pass of this name.
+
+    Raises
+    ------
+    ConfigError
+        There is none: the message lists them.
+    """
+    if name not in PASSES:
+        raise ConfigError(f"no pass {name!r}: choose one of {', '.join(PASSES)}")
+    return PASSES[name]
+
+
+def with_settings(pipeline: Pipeline, settings: Iterable[str]) -> Pipeline:
+    """The pipeline with `PASS.OPTION=VALUE` set in every pass of that name.
+
+    Raises
+    ------
+    ConfigError
+        The text has another form, or there is no such pass, option or value.
+    """
+    for setting in settings:
+        target, equals, value = setting.partition("=")
+        name, dot, key = target.strip().partition(".")
+        if not equals or not dot:
+            raise ConfigError(f"--set {setting}: must be PASS.OPTION=VALUE")
+        kind = pass_named(name)
+        changed = dict([option_of(kind, key, value.strip(), is_text=True)])
+        if not any(type(step) is kind for step in pipeline.passes()):
+            raise ConfigError(f"--set {setting}: the pipeline has no pass {name}")
+        pipeline = pipeline.mapped(_changing(kind, changed))
+    return pipeline
+
+
+def _changing(kind: type[Pass], options: dict[str, Any]) -> Change:
+    """What sets options of the passes of a kind and leaves the others."""
+    return lambda step: replace(step, **options) if type(step) is kind else step
+
+
+def option_of(kind: type[Pass], key: str, value: Any, is_text: bool = False) -> tuple[str, Any]:
+    """The name of an option of a pass, and the value as its type.
+
+    Parameters
+    ----------
+    is_text : bool
+        Whether it comes from the command line, where a number is text too; in a file the kind
+        of the value must fit.
+
+    Raises
+    ------
+    ConfigError
+        There is no such option, or the value is of another type.
+    """
+    types = {f.name: str(f.type) for f in fields(kind)}
+    name = key.replace("-", "_")
+    if name not in types:
+        raise ConfigError(f"pass {kind.name} has no option {key!r}{_meant(name, types)}")
+    allowed = {"int": (int,), "float": (int, float), "str": (str,)}[types[name]]
+    make = {"int": int, "float": float, "str": str}[types[name]]
+    try:
+        if not is_text and (isinstance(value, bool) or not isinstance(value, allowed)):
+            raise ValueError
+        return name, make(value)
+    except (ValueError, OverflowError):
+        shown = f"{kind.name}.{name.replace('_', '-')}"
+        raise ConfigError(f"{shown}: {value!r} is not of type {types[name]}") from None
+
+
+def _meant(name: str, known: Iterable[str]) -> str:
+    """Which option it is that does not go by this name."""
+    new = RENAMED.get(name, name)
+    if new in known:
+        return f": it is called {new.replace('_', '-')!r} now"
+    return hint(name.replace("_", "-"), [k.replace("_", "-") for k in known])

@@ -1,0 +1,123 @@
+"""Parts of a pipeline: passes in order, stages in order, and rounds.
+
+`Sequence` runs passes one after the other, `Chain` stages; `Repeat` runs a stage in rounds and
+ends on the best mesh it saw.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from typing import Protocol
+
+from ..passes import SILENT, UNLIMITED, Budget, Observer, Pass, Tally
+from ..work.session import Workspace
+from ..work.standing import Standing
+from .guard import Guard
+from .stop import DONE, ROUNDS_DONE, Stop
+
+
+@dataclass(frozen=True)
+class Line:
+    """What a pass did in a round, and how the mesh stood after it."""
+
+    round: int
+    tally: Tally
+    standing: Standing
+
+
+@dataclass
+class Outcome:
+    """The mesh of a run, what every pass did, and why it ended."""
+
+    work: Workspace
+    observer: Observer = SILENT
+    budget: Budget = UNLIMITED
+    lines: list[Line] = field(default_factory=list)
+    stopped: str = DONE
+
+
+# What is made of a pass.
+Change = Callable[[Pass], Pass]
+
+
+class Stage(Protocol):
+    """A part of a pipeline: changes `outcome.work` and adds to its lines."""
+
+    def run(self, outcome: Outcome, round: int = 0) -> None: ...
+
+    def passes(self) -> Iterator[Pass]: ...
+
+    def mapped(self, change: Change) -> Stage:
+        """The same stage with other passes in the place of its own."""
+
+
+@dataclass(frozen=True)
+class Sequence:
+    """Passes, one after the other, once."""
+
+    steps: tuple[Pass, ...]
+
+    def passes(self) -> Iterator[Pass]:
+        yield from self.steps
+
+    def mapped(self, change: Change) -> Sequence:
+        return Sequence(tuple(change(step) for step in self.steps))
+
+    def run(self, outcome: Outcome, round: int = 0) -> None:
+        for step in self.steps:
+            tally = step.run(outcome.work, outcome.observer, outcome.budget)
+            outcome.lines.append(Line(round, tally, outcome.work.judged()))
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Stages, one after the other."""
+
+    stages: tuple[Stage, ...]
+
+    def passes(self) -> Iterator[Pass]:
+        for stage in self.stages:
+            yield from stage.passes()
+
+    def mapped(self, change: Change) -> Chain:
+        return Chain(tuple(stage.mapped(change) for stage in self.stages))
+
+    def run(self, outcome: Outcome, round: int = 0) -> None:
+        for stage in self.stages:
+            stage.run(outcome, round)
+
+
+@dataclass(frozen=True)
+class Repeat:
+    """A stage in rounds, until a criterion is met; it ends on the best mesh it saw."""
+
+    body: Stage
+    stop: Stop
+
+    def passes(self) -> Iterator[Pass]:
+        yield from self.body.passes()
+
+    def mapped(self, change: Change) -> Repeat:
+        return replace(self, body=self.body.mapped(change))
+
+    def run(self, outcome: Outcome, round: int = 0) -> None:
+        guard = Guard(outcome.work)
+        outcome.stopped = self.stop.at_first(guard.best)
+        after = guard.best
+        try:
+            while not outcome.stopped:
+                round += 1
+                before = after
+                n_lines = len(outcome.lines)
+                try:
+                    self.body.run(outcome, round)
+                finally:
+                    after = guard.note(outcome.work)
+                changed = any(line.tally.applied for line in outcome.lines[n_lines:])
+                reason = self.stop.reason(round, changed, before, after)
+                # Rounds of rounds are a matter of the preset: why the last of them ended tells
+                # more.
+                outcome.stopped = (outcome.stopped or reason) if reason == ROUNDS_DONE else reason
+        finally:
+            outcome.work = guard.better_of(outcome.work)

@@ -1,0 +1,281 @@
+"""The working state of an optimization: a mesh that passes change, and what belongs to it."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..boundary.patches import Patches
+from ..kernels.shape.simplex import measure_cells
+from ..kernels.types import CLOCK, EDITION, N_CELLS, N_FREE, N_POINTS, Judge
+from ..mesh import adjacency
+from ..mesh.cast import Simplices
+from ..mesh.order import hilbert
+from . import storage, visits
+from .bounds import Bounds
+from .standing import Standing, standing_of
+from .storage import inverse
+
+Array = np.ndarray
+
+
+class Workspace:
+    """The working state of an optimization.
+
+    Attributes
+    ----------
+    mesh : SimplexMesh
+        Arrays of the kernels. They may be replaced by larger ones: ask for them anew.
+    scratch : Scratch
+    judge : Judge
+        By what the mesh is judged; a stage may let another one steer.
+    bounds : Bounds
+        What passes hold the mesh against: itself, unless it is a part of another.
+    visits : dict
+        When entities were visited last, by who visited them: clocks, whole or for each vertex.
+        Its values are replaced and never written into, so that a copy may share them.
+
+    Parameters
+    ----------
+    target : float
+        Q of the best cell that the worst facet of the boundary allows; 1 when that is not known.
+    patches : Patches, optional
+        What may move on the boundary; nothing without it.
+    in_order : bool
+        Whether vertices and cells keep the rows they have in the source, rather than
+        stand near each other in memory where they are near in space.
+    """
+
+    def __init__(
+        self,
+        source: Simplices,
+        judge: Judge,
+        target: float = 1.0,
+        in_order: bool = False,
+        patches: Patches | None = None,
+    ) -> None:
+        n_points = len(source.points)
+        self._source = source
+        # Row i of the work is point `_origin[i]` of the source.
+        self._origin = np.arange(n_points) if in_order else hilbert(source.points)
+        self.mesh = storage.simplex_mesh(source, judge, self._origin, in_order, patches)
+        self.scratch = storage.new_scratch(self.mesh)
+        self.judge = judge
+        self.bounds = Bounds(target, self.n_vertices, n_points)
+        self.visits: dict[Hashable, Any] = {}
+        # By the edition of the mesh and the judge; replaced, never written into.
+        self._standings: dict[tuple[int, Judge], Standing] = {}
+
+    # What is there -------------------------------------------------------------------
+
+    @property
+    def dimension(self) -> int:
+        return self.mesh.cells.shape[1] - 1
+
+    @property
+    def clock(self) -> int:
+        """Number of the current sweep."""
+        return int(self.mesh.state[CLOCK])
+
+    @property
+    def n_cells(self) -> int:
+        """Number of living cells."""
+        return int(self.mesh.state[N_CELLS] - self.mesh.state[N_FREE])
+
+    @property
+    def n_vertices(self) -> int:
+        """Number of points that cells use now."""
+        return int(np.count_nonzero(self.mesh.vertex_cell >= 0))
+
+    @property
+    def n_input_points(self) -> int:
+        """Number of points the mesh came with."""
+        return len(self._source.points)
+
+    def living(self) -> Array:
+        """Rows of the living cells, ascending."""
+        return visits.living_cells(self.mesh)
+
+    def corners(self, cells: Array) -> Array:
+        """Vertices of some cells, (n, d + 1) int64."""
+        return self.mesh.cells[cells]
+
+    def quality(self, cells: Array) -> Array:
+        """q of some cells, by the judge that steers, (n,) float64."""
+        return self.mesh.quality[cells]
+
+    def movable(self, cells: Array) -> Array:
+        """Vertices of some cells that are not fixed, ascending."""
+        vertices = np.unique(self.mesh.cells[cells])
+        return vertices[~self.mesh.fixed[vertices]]
+
+    def degrees(self) -> Array:
+        """Number of edges at each vertex, (np,) int64."""
+        return adjacency.degrees(self.corners(self.living()), len(self.mesh.points))
+
+    def facets_at(self) -> Array:
+        """Number of facets of the boundary and of interfaces at each vertex, (np,) int64."""
+        cells = self.living()
+        facets = adjacency.boundary_facets(self.mesh.cells[cells], self.mesh.neighbours[cells])
+        return np.bincount(facets.ravel(), minlength=len(self.mesh.points))
+
+    # How good it is ------------------------------------------------------------------
+
+    def standing(self) -> Standing:
+        """How good the mesh is, by the judge that steers."""
+        return self._standing_by(self.mesh.judge)
+
+    def judged(self) -> Standing:
+        """How good the mesh is, by the judge of the run."""
+        return self._standing_by(self.judge)
+
+    def _standing_by(self, judge: Judge) -> Standing:
+        """How good the mesh is as a judge sees it; looked for again where it has changed only."""
+        edition = int(self.mesh.state[EDITION])
+        if (edition, judge) not in self._standings:
+            steers = judge == self.mesh.judge
+            q = self.quality(self.living()) if steers else self._measured(judge)
+            others = {key: at for key, at in self._standings.items() if key[0] == edition}
+            self._standings = {**others, (edition, judge): standing_of(q)}
+        return self._standings[edition, judge]
+
+    @property
+    def worst_of_all(self) -> float:
+        """q of the worst cell: of the mesh, or of the whole that it is a part of."""
+        return self.standing().worst if self.bounds.worst is None else self.bounds.worst
+
+    def _measured(self, judge: Judge) -> Array:
+        """q of the living cells as another judge sees it."""
+        cells = self.corners(self.living())
+        quality = np.empty(len(cells))
+        measure_cells(judge, self.mesh.points, cells, quality)
+        return quality
+
+    def judge_by(self, judge: Judge) -> None:
+        """Let another judge steer; what was good enough may not be for it.
+
+        So everything is visited again, unless `visits` are put back.
+        """
+        self.visits = {}
+        self._standings = {}
+        self.mesh.quality[self.living()] = self._measured(judge)
+        self.mesh = self.mesh._replace(judge=judge)
+
+    # What to visit -------------------------------------------------------------------
+
+    def next_sweep(self) -> int:
+        """Start a sweep; returns the clock of the one before, for `changed_*`."""
+        since = self.clock
+        self.mesh.state[CLOCK] += 1
+        return since
+
+    def since(self, visitor: Hashable) -> int:
+        """Clock of the last sweep of a visitor, 0 at the first; starts the next one."""
+        last = self.visits.get(visitor, 0)
+        self.visits[visitor] = self.next_sweep()
+        return last
+
+    def not_seen(self, visitor: Hashable, cells: Array) -> Array:
+        """Cells with an edge around which anything changed since a visitor saw it; it does now."""
+        seen = np.full(len(self.mesh.points), -1)
+        before = self.visits.get(visitor, seen[:0])
+        seen[: len(before)] = before
+        cells = visits.cells_changed_since(self.mesh, cells, seen)
+        seen[self.corners(cells)] = self.next_sweep()
+        self.visits[visitor] = seen
+        return cells
+
+    def changed_vertices(self, since: int, least: float) -> tuple[Array, Array]:
+        """See `visits.changed_vertices`."""
+        return visits.changed_vertices(self.mesh, since, least)
+
+    def changed_cells(self, since: int, least: float) -> tuple[Array, Array]:
+        """See `visits.changed_cells`."""
+        return visits.changed_cells(self.mesh, since, least)
+
+    def worse_cells(self, least: float) -> Array:
+        """Living cells with less q than `least`."""
+        living = self.living()
+        return living[self.quality(living) < least]
+
+    def rings_around(self, cells: Array, n_rings: int) -> Array:
+        """See `visits.rings_around`."""
+        return visits.rings_around(self.mesh, cells, n_rings)
+
+    # Keeping and growing -------------------------------------------------------------
+
+    def copy(self) -> Workspace:
+        """An independent copy; the working space is shared, for it means nothing between calls."""
+        twin = object.__new__(Workspace)
+        twin.__dict__.update(self.__dict__)
+        twin.mesh = storage.copied(self.mesh)
+        twin.visits = dict(self.visits)
+        return twin
+
+    def grow(self) -> None:
+        """Make room for more cells."""
+        self.mesh = storage.with_room_for_cells(self.mesh)
+        self.scratch = storage.new_scratch(self.mesh)
+
+    def reserve_points(self, n_points: int) -> None:
+        """Make room for vertices up to this number of rows."""
+        if n_points > len(self.mesh.points):
+            self.mesh = storage.with_rows_for_points(self.mesh, n_points)
+            self.scratch = storage.new_scratch(self.mesh)
+
+    def room_for_vertices(self, ratio: float, n_attempts: int) -> int:
+        """Make room for a new vertex an attempt, within a ratio of the points of the input.
+
+        So rows never run short during a sweep, which would leave entities out.
+
+        Returns
+        -------
+        max_points : int
+            Rows of the vertex arrays that may be used.
+        """
+        # Never less than the input had.
+        most = int(ratio * self.bounds.n_input_points) + 1
+        self.reserve_points(min(most, int(self.mesh.state[N_POINTS]) + n_attempts))
+        return min(most, len(self.mesh.points))
+
+    def result(self) -> tuple[Simplices, Array]:
+        """The mesh as it is now, without the vertices that vanished.
+
+        Returns
+        -------
+        simplices : Simplices
+        origin : (np',) int64
+            The point of the input that each point was, -1 for a new one. Points that no cell
+            used stay.
+        """
+        n_before = len(self._source.points)
+        unused = np.ones(len(self.mesh.points), dtype=bool)
+        unused[n_before:] = False
+        unused[inverse(self._origin)[self._source.cells]] = False
+        rows = np.flatnonzero(unused | (self.mesh.vertex_cell >= 0))
+        # The points of the input in their order, then the new ones.
+        origin = np.full(len(rows), -1)
+        origin[rows < n_before] = self._origin[rows[rows < n_before]]
+        order = np.argsort(np.where(origin < 0, n_before, origin), kind="stable")
+        rows, origin = rows[order], origin[order]
+        number = np.full(len(self.mesh.points), -1)
+        number[rows] = np.arange(len(rows))
+        # Cells in order of region, then of their first vertex: stable, and near in memory.
+        living = self.living()
+        cells, region = number[self.mesh.cells[living]], self.mesh.region[living]
+        order = np.lexsort((cells.min(axis=1), region))
+        cells, region = cells[order], region[order]
+        number_of = number[inverse(self._origin)]
+        worked = replace(
+            self._source,
+            points=self.mesh.points[rows],
+            cells=cells,
+            region=region,
+            fixed=self._source.fixed[origin] & (origin >= 0),
+            facets=number_of[self._source.facets],
+            edges=number_of[self._source.edges],
+        )
+        return worked, origin

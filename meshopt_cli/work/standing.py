@@ -1,0 +1,39 @@
+"""How good a mesh is, as one thing to compare."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How good a mesh is: the worst q decides, then the mean Q.
+
+    `tail` is the mean Q of the worst hundredth of the cells: it shows progress that neither
+    the worst cell nor the mean of all does.
+    """
+
+    worst: float
+    mean: float
+    tail: float
+
+    def is_better_than(self, other: Standing) -> bool:
+        """Whether this is a real gain, rounding noise left aside."""
+        if abs(self.worst - other.worst) > 1e-9:
+            return self.worst > other.worst
+        return self.mean < other.mean - 1e-9
+
+
+def standing_of(q: Array) -> Standing:
+    """The standing of cells with these q, (n,) float64."""
+    worst = float(q.min())
+    if worst <= 0.0:
+        return Standing(worst, math.inf, math.inf)
+    n_tail = max(len(q) // 100, min(len(q), 10))
+    tail = np.partition(q, n_tail - 1)[:n_tail]
+    return Standing(worst, float(np.mean(1.0 / q)), float(np.mean(1.0 / tail)))

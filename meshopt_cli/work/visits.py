@@ -1,0 +1,74 @@
+"""What to visit: entities that are bad, and around which something changed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..kernels.gather.ball import vertex_quality
+from ..kernels.types import N_CELLS, SimplexMesh
+
+Array = np.ndarray
+
+
+def living_cells(mesh: SimplexMesh) -> Array:
+    """Rows of the living cells, ascending."""
+    return np.flatnonzero(mesh.alive[: mesh.state[N_CELLS]])
+
+
+def changed_vertices(mesh: SimplexMesh, since: int, least: float) -> tuple[Array, Array]:
+    """Vertices free to move whose ball changed after sweep `since` and has less q than `least`.
+
+    Returns
+    -------
+    vertices : (n,) int64
+    worst : (n,) float64
+        Worst q of the ball of each.
+    """
+    worst = np.empty(len(mesh.points))
+    vertex_quality(mesh, worst)
+    free = ~mesh.fixed | (mesh.guide[:, 0] > 0)
+    wanted = (mesh.vertex_clock > since) & free & (worst < least)
+    vertices = np.flatnonzero(wanted)
+    return vertices, worst[vertices]
+
+
+def changed_cells(mesh: SimplexMesh, since: int, least: float) -> tuple[Array, Array]:
+    """Cells with less q than `least` and an edge around which anything changed after `since`.
+
+    Returns
+    -------
+    cells : (n,) int64
+    quality : (n,) float64
+    """
+    n = int(mesh.state[N_CELLS])
+    rows = np.flatnonzero(mesh.alive[:n] & (mesh.quality[:n] < least))
+    rows = cells_changed_since(mesh, rows, since)
+    return rows, mesh.quality[rows]
+
+
+def cells_changed_since(mesh: SimplexMesh, cells: Array, since: int | Array) -> Array:
+    """Those of some cells with an edge around which anything changed after a clock.
+
+    Parameters
+    ----------
+    since : int or (np,) int64
+        The clock, or one for each vertex.
+    """
+    changed = mesh.vertex_clock > since
+    return cells[np.count_nonzero(changed[mesh.cells[cells]], axis=1) >= 2]
+
+
+def rings_around(mesh: SimplexMesh, cells: Array, n_rings: int) -> Array:
+    """Cells at most so many rings away from some cells: the first share a vertex with them."""
+    living = living_cells(mesh)
+    near = np.zeros(len(mesh.points), dtype=bool)
+    rows = cells
+    for _ in range(n_rings):
+        near[mesh.cells[rows].ravel()] = True
+        rows = living[near[mesh.cells[living]].any(axis=1)]
+    return rows
+
+
+def chunks(order: Array, size: int = 20_000) -> list[Array]:
+    """The order in pieces, between which progress is shown and interrupts act."""
+    return [order[start : start + size] for start in range(0, len(order), size)]
