@@ -21,14 +21,14 @@ from meshopt_cli import formats
 from meshopt_cli.cli.main import status_of
 from meshopt_cli.mesh.model import Block, Mesh
 from meshopt_cli.passes import PASSES
-from meshopt_cli.quality.summary import MEASURES
+from meshopt_cli.quality.measures import QUALITIES
 from support.domain import TAG, Domain, assert_same_domain, assert_same_shape, assert_valid, worst_q
 from support.files import write
 from support.meshes import tet_grid, tri_grid
 from support.planes import rotation
 from support.settings import examples
 
-DRIVING = [name for name, measure in MEASURES.items() if measure.drives]
+DRIVING = [name for name, measure in QUALITIES.items() if measure.drives]
 # Of an option without an upper limit, or with one that takes long, up to so many times more than
 # its least and its default.
 WIDE = 3
