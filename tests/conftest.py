@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from support.samples import SAMPLES
+from support.settings import MORE, VARIABLE
 
 
 @pytest.fixture(scope="session")
@@ -23,3 +24,12 @@ def _log_of_its_own():
     log.handlers[:] = []
     log.propagate = True
     log.setLevel(logging.NOTSET)
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Say how to try more."""
+    if not MORE:
+        terminalreporter.line(
+            f"property tests try the same examples each time: {VARIABLE}=10 in the environment "
+            "tries ten times as many, at random"
+        )

@@ -1,7 +1,7 @@
 """From every format to every other: nothing is lost without a word."""
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from meshopt_cli.formats import FORMATS, read, write
@@ -15,6 +15,7 @@ from support.encodings import (
     assert_same_array,
     path_for,
 )
+from support.settings import examples
 
 
 @st.composite
@@ -61,7 +62,7 @@ def group_by_cell(mesh, family):
     return next((by_cell(mesh, n) for n in names[family] if by_cell(mesh, n)), {})
 
 
-@settings(max_examples=120, deadline=None)
+@examples(120)
 @given(mesh=meshes(), origin=st.sampled_from(ENCODINGS), target=st.sampled_from(ENCODINGS))
 def test_nothing_is_lost_without_a_word(tmp_path_factory, mesh, origin, target):
     """From any format to any other: every array, group and name is there, or named as lost."""

@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -24,6 +24,7 @@ from support.encodings import (
     warnings_of,
     zoo,
 )
+from support.settings import examples
 
 
 @every_encoding
@@ -74,7 +75,7 @@ def test_single_precision_is_kept_where_the_format_has_it(tmp_path, encoding):
 
 
 @every_encoding
-@settings(max_examples=25, deadline=None)
+@examples(25)
 @given(points=hnp.arrays(np.float64, (4, 3), elements=st.floats(allow_nan=False)))
 def test_coordinates_keep_every_bit(tmp_path_factory, encoding, points):
     mesh = Mesh(points, [Block("tetra", ints([0, 1, 2, 3]))])

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 import numpy as np
 import pytest
 
 from meshopt_cli.kernels import accept
-from meshopt_cli.kernels.types import APPLIED, FIXED, NOT_BETTER
+from meshopt_cli.kernels.types import APPLIED, FIXED, INVALID, NOT_BETTER
 from meshopt_cli.mesh.cast import cast
 from meshopt_cli.quality.measures import QUALITIES
 from support.edits import declaring_some, halves, shaken
@@ -104,7 +106,9 @@ def test_insertion_anywhere(dimension, rule):
     """A new vertex in any cell of a grid keeps everything else."""
     work = shaken_workspace(dimension, 5)
     work.reserve_points(work.n_input_points + 1)
-    attempts(work, INSERTION, rule)
+    verdicts = attempts(work, INSERTION, rule)
+    assert verdicts[APPLIED] > 0
+    assert verdicts[NOT_BETTER] > 0
 
 
 def everything(work):
@@ -123,23 +127,30 @@ PLAIN = {
 }
 
 
+def verdicts_of_all(work, rule, floor):
+    """Number of times each verdict came out, over all places and operators."""
+    return Counter(
+        attempt(work, operator, handle, rule, floor)
+        for operator in everything(work)
+        for handle in operator.handles(work)
+    )
+
+
 @pytest.mark.parametrize("rule", [accept.RATIO, accept.FLOOR])
 @pytest.mark.parametrize("name", PLAIN)
 def test_at_the_limit(name, rule):
-    """Cells of equal quality: what is exactly as good as before hides nothing that is worse."""
-    work = workspace(PLAIN[name])
-    for operator in everything(work):
-        for handle in operator.handles(work):
-            attempt(work, operator, handle, rule, 1.0)
+    """Cells of equal quality: what is exactly as good as before is no reason for a change."""
+    verdicts = verdicts_of_all(workspace(PLAIN[name]), rule, 1.0)
+    assert verdicts[NOT_BETTER] > 0
+    assert verdicts[APPLIED] == 0
 
 
 @pytest.mark.parametrize("name", PLAIN)
 def test_flat_cells_are_no_cells(name):
     """The most tolerant rule still wants cells that are positive beyond rounding."""
-    work = workspace(PLAIN[name])
-    for operator in everything(work):
-        for handle in operator.handles(work):
-            attempt(work, operator, handle, accept.VALID, 0.0)
+    verdicts = verdicts_of_all(workspace(PLAIN[name]), accept.VALID, 0.0)
+    assert verdicts[APPLIED] > 0
+    assert verdicts[INVALID] + verdicts[NOT_BETTER] > 0
 
 
 @pytest.mark.parametrize("name", ["laplace", "weighted", "quality-uniform"])

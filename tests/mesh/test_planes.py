@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from meshopt_cli.mesh.cast import cast, with_simplices
@@ -13,6 +13,7 @@ from support.meshes import mesh, tet_grid, tri_grid
 from support.places import areas, cells_of
 from support.planes import every_axis_plane, in_plane, in_tilted_plane, rotation
 from support.runs import optimized
+from support.settings import examples
 
 
 def moved(one, vertex, by):
@@ -25,7 +26,7 @@ def moved(one, vertex, by):
 
 
 @every_axis_plane
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@examples(25)
 @given(
     height=st.floats(-1e6, 1e6),
     scale=st.sampled_from([1e-9, 1.0, 3e7]),
@@ -61,7 +62,7 @@ def test_two_columns_stay_two_columns():
     assert np.array_equal(result.points, worked.points[:, :2])
 
 
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(seed=st.integers(0, 10_000), clockwise=st.booleans())
 def test_triangles_are_positive_in_every_plane(seed, clockwise):
     flat = shaken(tri_grid(3), seed=seed)
@@ -73,7 +74,7 @@ def test_triangles_are_positive_in_every_plane(seed, clockwise):
     assert found == pytest.approx(np.abs(wanted), rel=1e-9)
 
 
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(seed=st.integers(0, 10_000))
 def test_a_tilted_plane_is_kept_to_rounding(seed):
     one = in_tilted_plane(shaken(tri_grid(4), seed=seed), seed)

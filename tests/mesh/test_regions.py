@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from meshopt_cli.mesh.model import Block
 from meshopt_cli.mesh.tags import MAX_LABELS, TAG_NAMES, regions_of
 from support.edits import layered
 from support.runs import optimized
+from support.settings import examples
 
 
 def tagged_cells(**data):
@@ -16,7 +17,7 @@ def tagged_cells(**data):
     return [Block("tetra", np.zeros((n, 4), np.int64), {k: np.asarray(v) for k, v in data.items()})]
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(st.lists(st.tuples(st.integers(-3, 3), st.integers(0, 2)), min_size=1, max_size=40))
 def test_a_region_is_a_combination_of_tags(rows):
     one, other = zip(*rows, strict=True)

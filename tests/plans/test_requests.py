@@ -4,7 +4,7 @@ import itertools
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from meshopt_cli.passes import PASSES
@@ -50,7 +50,6 @@ def test_a_pipeline_is_made_anew_each_time(preset):
     assert all(step.sweeps != 77 for step in fresh.passes() if step.name == "smooth")
 
 
-@settings(deadline=None)
 @given(st.lists(st.sampled_from(list(PASSES)), min_size=1, max_size=6))
 def test_passes_run_in_the_order_given(wanted):
     pipeline = plan_for(Request(passes=tuple(wanted))).pipeline

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from meshopt_cli.mesh.cast import cast
@@ -32,7 +32,6 @@ def test_a_regular_cell_is_in_the_first_rank_whatever_its_rounding():
     assert histogram(values) == (3, 0, 0, 0)
 
 
-@settings(deadline=None)
 @given(st.lists(st.floats(1.0, 20.0) | st.sampled_from(RANKS), max_size=50))
 def test_every_cell_is_in_the_rank_of_its_quality(values):
     counts = histogram(np.array(values, dtype=float))
@@ -42,7 +41,6 @@ def test_every_cell_is_in_the_rank_of_its_quality(values):
         assert sum(counts[: k + 1]) == sum(value <= high for value in values)
 
 
-@settings(deadline=None)
 @given(ranks)
 def test_percentages_sum_to_a_hundred(counts):
     one = summary(counts)

@@ -1,7 +1,7 @@
 """Figures, headings, and the text around the table."""
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from meshopt_cli.report.rows import (
@@ -30,14 +30,12 @@ def test_examples_of_figures(value, text):
     assert figure(value) == text
 
 
-@settings(deadline=None)
 @given(st.floats(1.0, 1e300))
 def test_a_figure_says_the_value_to_half_a_percent(value):
     assert float(figure(value)) == pytest.approx(value, rel=6e-3)
     assert len(figure(value)) <= len("1.23e+100")
 
 
-@settings(deadline=None)
 @given(qualities, qualities)
 def test_figures_keep_their_order(one, other):
     low, high = sorted([one, other])
@@ -48,7 +46,6 @@ def test_headings_are_those_of_the_table():
     assert HEADINGS == ("1 - 2", "2 - 3", "3 - 10", "> 10", "target", "Q_T", "ne", "np")
 
 
-@settings(deadline=None)
 @given(summaries)
 def test_rows_are_as_long_as_the_headings(one):
     assert len(percent_row(one)) == len(count_row(one)) == len(HEADINGS)

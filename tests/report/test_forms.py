@@ -6,7 +6,7 @@ import math
 import re
 from dataclasses import replace
 
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from meshopt_cli.report.csv import to_csv
@@ -25,7 +25,6 @@ from support.files import strict
 from support.reports import INFINITE, OF_A_MESH, OF_A_RUN, ran, report, reports, summary
 
 
-@settings(deadline=None)
 @given(reports)
 def test_json_is_json(one):
     value = strict(to_json([one]))
@@ -50,7 +49,6 @@ def test_one_report_is_an_object_and_several_are_a_list():
     assert [value["stopped"] for value in values] == ["no change", None]
 
 
-@settings(deadline=None)
 @given(st.lists(reports, min_size=1, max_size=4), st.text(st.characters(codec="utf-8")))
 def test_csv_reads_back(ones, name):
     assume("\0" not in name and "\r" not in name)
@@ -81,7 +79,6 @@ def tables(text):
     return found
 
 
-@settings(deadline=None)
 @given(st.lists(reports, min_size=1, max_size=3))
 def test_markdown_tables_read_back(ones):
     text = to_markdown(ones)

@@ -5,7 +5,7 @@ import re
 from types import SimpleNamespace
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
 from meshopt_cli.cli import output, terminal
 from meshopt_cli.report.outputs import NORMAL, OUTPUTS, Manner
@@ -54,7 +54,6 @@ def test_each_round_is_shown_when_asked():
     assert len(re.findall("^smooth ", long, re.M)) == 2
 
 
-@settings(deadline=None)
 @given(ranks)
 def test_the_bar_shows_every_rank_that_has_cells(counts):
     for plain, blocks in ((True, PLAIN_BLOCKS), (False, BLOCKS)):

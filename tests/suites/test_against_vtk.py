@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from meshopt_cli.mesh.model import Mesh
 from meshopt_cli.quality.measures import MEASURES
 from meshopt_cli.validity import check
 from support.meshes import hex_grid, mesh, quad_grid, tet_grid, tri_grid
+from support.settings import examples
 
 pyvista = pytest.importorskip("pyvista")
 
@@ -53,7 +54,7 @@ def quality(of, name):
     return np.asarray(to_vtk(of).cell_quality([name]).cell_data[name])
 
 
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(st.sampled_from(["tetra", "triangle"]), seeds, strengths)
 def test_inverted_simplices(kind, seed, strength):
     of = jumbled(kind, seed, strength)
@@ -66,7 +67,7 @@ def test_inverted_simplices(kind, seed, strength):
         np.testing.assert_array_equal(cells_with(of, "M101"), turned_over(of))
 
 
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(seeds, strengths)
 def test_inverted_corners_of_hexahedra(seed, strength):
     of = jumbled("hexahedron", seed, strength)
@@ -75,7 +76,7 @@ def test_inverted_corners_of_hexahedra(seed, strength):
     )
 
 
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(seeds, st.sampled_from([0.1, 0.2]))
 @example(seed=1738885, strength=0.2)  # convex, and turned over
 def test_quads_that_are_not_convex(seed, strength):
@@ -102,7 +103,7 @@ def test_flat_cells(of, name):
     assert cells_with(of, "M102").all()
 
 
-@settings(max_examples=20, deadline=None)
+@examples(20)
 @given(st.sampled_from(list(GRIDS)), seeds)
 def test_contents_of_cells(kind, seed):
     of = jumbled(kind, seed, 0.05)
@@ -116,7 +117,7 @@ def test_contents_of_cells(kind, seed):
     np.testing.assert_allclose(content, np.abs(sizes.cell_data[name]), rtol=rough)
 
 
-@settings(max_examples=20, deadline=None)
+@examples(20)
 @given(st.sampled_from(["triangle", "quad"]), seeds)
 def test_angles_of_faces(kind, seed):
     of = jumbled(kind, seed, 0.05)

@@ -83,20 +83,28 @@ def test_every_option_of_every_pass(kind, options, name):
             assert work.standing().worst >= min(before.worst, step.least_quality) * (1 - 1e-12)
 
 
-@pytest.mark.parametrize("accept", ["ratio", "floor", "mean"])
-@pytest.mark.parametrize("kind", [k for k in PASSES.values() if hasattr(k, "least_quality")])
+TOLERANT = [
+    pytest.param(kind, rule, id=f"{kind.name}-{rule}")
+    for kind in PASSES.values()
+    for f in fields(kind)
+    if f.name == "accept"
+    for rule in f.metadata["choices"]
+    if rule in ("ratio", "floor", "mean")
+]
+
+
+@pytest.mark.parametrize(("kind", "accept"), TOLERANT)
 def test_tolerance(kind, accept):
     """A pass that may lose a part of the quality loses no more, and one that may lose none, none.
 
     The parts multiply where patches overlap, so that only the floor of 1 bounds the whole mesh.
     """
-    accepts = next(f for f in fields(kind) if f.name == "accept").metadata["choices"]
-    if accept in accepts:
-        work = workspace(small("tets"))
-        before = work.standing()
-        kind(accept=accept, least_quality=1.0).run(work, Silent())
-        assert_kept(small("tets"), work)
-        assert_not_worse(before, work)
+    work = workspace(small("tets"))
+    before = work.standing()
+    tally = kind(accept=accept, least_quality=1.0).run(work, Silent())
+    assert_kept(small("tets"), work)
+    assert_not_worse(before, work)
+    assert tally.applied > 0
 
 
 @pytest.mark.parametrize("name", SMALL)
@@ -175,12 +183,16 @@ def test_a_second_run_changes_almost_nothing(name):
     assert worst == pytest.approx(outcome.work.standing().worst, rel=0.01)
 
 
-@pytest.mark.parametrize("preset", ["standard", "best"])
+# What each preset reaches on the ball, over what its boundary allows, and a hundredth more.
+BALL = {"standard": 1.28, "best": 1.16}
+
+
+@pytest.mark.parametrize("preset", BALL)
 def test_bar_for_the_ball(preset):
     """Near the target, and nothing that a solver would choke on."""
     _, outcome = optimized_sample("raw_ball.mesh", preset)
     goal = target(sample("raw_ball.mesh"), MEASURE)
-    assert 1 / outcome.work.standing().worst <= 1.8 * max(goal, 1.6)
+    assert 1 / outcome.work.standing().worst <= BALL[preset] * max(goal, 1.6)
 
 
 @every_preset
@@ -198,12 +210,20 @@ def test_bar_for_the_grid(preset):
     assert 1 / outcome.work.standing().worst <= 1.8
 
 
-@every_preset
+# The worst Q that each preset leaves of these samples, and some hundredths more.
+TRIANGLES = {"fast": 2.3, "standard": 1.7, "best": 1.55}
+
+
+@pytest.mark.parametrize("preset", TRIANGLES)
 @pytest.mark.parametrize("name", TRIANGLE_SAMPLES)
 def test_bar_for_triangles(name, preset):
-    """No triangle above 3: the boundaries of these samples allow that."""
+    """No triangle is much worse than the boundaries of these samples demand."""
     _, outcome = optimized_sample(name, preset)
-    assert 1 / outcome.work.standing().worst <= 3
+    assert 1 / outcome.work.standing().worst <= TRIANGLES[preset]
+
+
+def test_every_preset_has_a_bar():
+    assert set(TRIANGLES) == set(PRESETS)
 
 
 @pytest.mark.parametrize(

@@ -17,11 +17,15 @@ TET = np.array([[1, 1, 1], [-1, 1, -1], [1, -1, -1], [-1, -1, 1]], dtype=float)
 coordinate = st.floats(-1, 1, width=32)
 
 
-def corners_of_cell(dimension):
-    """Corners of a cell at random places."""
+def corners_of_cell(dimension, least=0.0):
+    """Corners of a cell at random places, whose size is more than `least` or less than its
+    opposite.
+    """
     corner = st.tuples(*[coordinate] * dimension)
-    return st.lists(corner, min_size=dimension + 1, max_size=dimension + 1).map(
-        lambda rows: np.column_stack([np.array(rows), np.zeros((len(rows), 3 - dimension))])
+    return (
+        st.lists(corner, min_size=dimension + 1, max_size=dimension + 1)
+        .map(lambda rows: np.column_stack([np.array(rows), np.zeros((len(rows), 3 - dimension))]))
+        .filter(lambda corners: abs(size(corners)) >= least)
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from meshopt_cli.compiled.decorators import entry
 from meshopt_cli.kernels.gather import ball, star
-from meshopt_cli.kernels.operators import collapse, face_removal, flip, insert, mend, relocate, swap
+from meshopt_cli.kernels.operators import collapse, face_removal, flip, insert, relocate, swap
 from meshopt_cli.kernels.shape import classify
 
 
@@ -48,12 +48,6 @@ def plan_edge_swap(mesh, handle, rule, floor, scratch):
 def plan_face_removal(mesh, handle, rule, floor, scratch):
     """`simulate_face_removal` for Python."""
     return face_removal.simulate_face_removal(mesh, handle, rule, floor, scratch)
-
-
-@entry
-def mended(mesh, cell, remedies, how, scratch):
-    """`mend_cell` for Python."""
-    return mend.mend_cell(mesh, cell, remedies, how, scratch)
 
 
 @entry

@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from meshopt_cli import formats
@@ -21,6 +21,7 @@ from support.edits import halves, shaken
 from support.meshes import in_space, tet_grid, tri_grid
 from support.runs import optimized
 from support.samples import SAMPLES, sample
+from support.settings import examples
 
 
 def cells_and(mesh, name):
@@ -64,7 +65,7 @@ PLACES = ["comb", "flat comb", "halves", "line of cells", "quadtree.vtk", "plate
 
 
 @pytest.mark.parametrize("name", PLACES)
-@settings(max_examples=10, deadline=None)
+@examples(10)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_points_are_found_in_their_region(name, seed):
     """Non-convex domains too: the teeth of a comb are in each other's way (Remark 18.2)."""

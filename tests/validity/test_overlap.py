@@ -1,94 +1,129 @@
 """Whether two cells overlap: by arrays, compiled, and in rational arithmetic."""
 
+import contextlib
+
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from meshopt_cli.mesh.sizes import contents
+from meshopt_cli.kernels.search import separate
+from meshopt_cli.mesh.model import Block, Mesh
 from meshopt_cli.validity import check, overlap
 from meshopt_cli.validity.examination import Examination
 from support.broken import CORNER, CUBE, PRISM, PYRAMID
 from support.edits import shifted, together
 from support.meshes import hex_grid, mesh, tet_grid, tri_grid
+from support.settings import examples
 
 CELLS = {"tetra": CORNER, "hexahedron": CUBE, "wedge": PRISM, "pyramid": PYRAMID}
 FAMILIES = st.sampled_from(list(CELLS))
 SEEDS = st.integers(0, 2**32 - 1)
-NOTHING = 1e-12
+APART = 9.0  # from pair to pair, wider than any
 
 
 def pairs(families, seed, n=50):
-    """Points, and pairs of cells in random places and of random shapes."""
+    """Corners of pairs of cells of random shapes that lie near each other, (n, k, 3) each."""
     generator = np.random.default_rng(seed)
-    points, rows = [], []
+    both = []
     for family in families:
-        base = np.array(CELLS[family], dtype=float)
-        for _ in range(n):
+        cells = np.empty((n, len(CELLS[family]), 3))
+        for cell in cells:
             change = np.linalg.qr(generator.normal(size=(3, 3)))[0] * generator.uniform(0.2, 1.0, 3)
-            points.append(base @ change + generator.uniform(-0.7, 0.7, 3))
-            first = sum(map(len, points[:-1]))
-            rows.append(np.arange(first, first + len(base)))
-    return np.concatenate(points), np.array(rows[:n]), np.array(rows[n:])
+            change *= np.sign(np.linalg.det(change))
+            cell[:] = CELLS[family] @ change + generator.uniform(-0.7, 0.7, 3)
+        both.append(cells)
+    return both
 
 
-def tables(families):
-    return overlap.axes_of(families[0]), overlap.axes_of(families[1])
+def in_a_row(families, one, other):
+    """A mesh of pairs of cells, each pair far from the next: first the ones, then the others."""
+    shift = APART * np.arange(len(one))[:, None, None] * [1.0, 0.0, 0.0]
+    points = [(cells + shift).reshape(-1, 3) for cells in (one, other)]
+    first = np.arange(one.shape[0] * one.shape[1]).reshape(one.shape[:2])
+    second = first.size + np.arange(other.shape[0] * other.shape[1]).reshape(other.shape[:2])
+    blocks = [Block(f, cells) for f, cells in zip(families, (first, second), strict=True)]
+    return Mesh(np.concatenate(points), blocks)
 
 
-def by_arrays(points, one, other, limit, families):
-    columns = overlap._columns(points, one), overlap._columns(points, other)
-    return overlap._not_separated(*columns, limit, tables(families))[0]
+def overlapping(families, one, other):
+    """Numbers of the pairs whose cells overlap."""
+    later, earlier = overlap.overlapping_cells(Examination(in_a_row(families, one, other)))
+    assert np.array_equal(later, earlier + len(one))
+    return set(earlier.tolist())
 
 
-@settings(max_examples=25, deadline=None)
+@contextlib.contextmanager
+def compiled():
+    """Any number of cells is enough for compiled code to look at them; yields how often it did."""
+    calls = []
+    depths = separate.depths
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(overlap, "MANY", 1)
+        patch.setattr(separate, "depths", lambda *given: calls.append(1) or depths(*given))
+        yield calls
+
+
+def shrunk(cells, by):
+    middle = cells.mean(axis=1, keepdims=True)
+    return middle + (1.0 - by) * (cells - middle)
+
+
+def exactly(families, one, other):
+    """The pairs that no plane separates, in rational arithmetic."""
+    tables = overlap.axes_of(families[0]), overlap.axes_of(families[1])
+    return {
+        k for k, (a, b) in enumerate(zip(one, other, strict=True))
+        if not overlap.exactly_separated(a.T, b.T, tables)
+    }  # fmt: skip
+
+
+@examples(15)
 @given(FAMILIES, FAMILIES, SEEDS)
 def test_compiled_code_and_arrays_agree(first, second, seed):
-    families = (first, second)
-    points, one, other = pairs(families, seed)
-    limit = np.full(len(one), NOTHING)
-    depth = overlap._compiled_depths(points, one, other, limit, tables(families))
-    np.testing.assert_array_equal(
-        np.flatnonzero(depth > limit), by_arrays(points, one, other, limit, families)
-    )
+    families, cells = (first, second), pairs((first, second), seed)
+    by_arrays = overlapping(families, *cells)
+    with compiled() as calls:
+        assert overlapping(families, *cells) == by_arrays
+    assert calls
+    assert by_arrays
 
 
-@settings(max_examples=10, deadline=None)
+@examples(10)
 @given(FAMILIES, FAMILIES, SEEDS)
 def test_rational_arithmetic_agrees(first, second, seed):
-    families = (first, second)
-    points, one, other = pairs(families, seed, 8)
-    left = by_arrays(points, one, other, np.full(len(one), NOTHING), families)
-    apart = [
-        overlap.exactly_separated(points[a].T, points[b].T, tables(families))
-        for a, b in zip(one, other, strict=True)
-    ]
-    np.testing.assert_array_equal(np.flatnonzero(~np.array(apart)), left)
+    """But where cells with warped faces could be no deeper in each other than their warp."""
+    families, cells = (first, second), pairs((first, second), seed, 8)
+    found = overlapping(families, *cells)
+    assert found <= exactly(families, *cells)
+    by = 0.0 if first == second == "tetra" else 0.02
+    assert exactly(families, *(shrunk(c, by) for c in cells)) <= found
 
 
-@settings(max_examples=25, deadline=None)
+@examples(25)
 @given(SEEDS)
 def test_points_inside_both_tell_that_tets_overlap(seed):
-    points, one, other = pairs(("tetra", "tetra"), seed, 20)
-    left = set(by_arrays(points, one, other, np.full(20, NOTHING), ("tetra", "tetra")).tolist())
+    one, other = pairs(("tetra", "tetra"), seed, 20)
     weights = np.random.default_rng(seed).dirichlet(np.ones(4), 2000)
-    for pair in range(20):
-        inside = weights @ points[one[pair]]
-        corners = points[other[pair]]
-        at = np.linalg.solve((corners[1:] - corners[0]).T, (inside - corners[0]).T)
+    shared = set()
+    for pair, (a, b) in enumerate(zip(one, other, strict=True)):
+        at = np.linalg.solve((b[1:] - b[0]).T, (weights @ a - b[0]).T)
         if ((at > 1e-9).all(axis=0) & (at.sum(axis=0) < 1 - 1e-9)).any():
-            assert pair in left
+            shared.add(pair)
+    assume(shared)
+    assert shared <= overlapping(("tetra", "tetra"), one, other)
 
 
 def test_arithmetic_is_exact_where_floating_point_is_not():
     # Two tets on different sides of a plane that no rounded normal fits.
     a, b, c = np.array([[0.1, 0.7, 0.3], [1e6, 0.2, 0.9], [0.4, 1e6, 0.6]])
     up, down = np.array([0.3, 0.3, 1e6]), np.array([0.2, 0.2, -1e6])
+    tables = (overlap.axes_of("tetra"),) * 2
     one, other = np.stack([a, b, c, up]), np.stack([a, c, b, down])
-    assert overlap.exactly_separated(one.T, other.T, tables(("tetra", "tetra")))
+    assert overlap.exactly_separated(one.T, other.T, tables)
     deeper = other.copy()
     deeper[0, 2] = np.nextafter(np.nextafter(a[2], 1), 1)
-    assert not overlap.exactly_separated(one.T, deeper.T, tables(("tetra", "tetra")))
+    assert not overlap.exactly_separated(one.T, deeper.T, tables)
 
 
 @pytest.mark.parametrize("grid", [tet_grid(3), hex_grid(3), tri_grid(4)])
@@ -106,17 +141,12 @@ def test_parts_side_by_side_do_not(grid, gap):
     assert "M209" not in check(together(grid, shifted(grid, *shift))).codes
 
 
-def test_many_cells_take_the_compiled_way(monkeypatch):
+def test_many_cells_take_the_compiled_way():
     of = together(tet_grid(3), shifted(tet_grid(3), 0.1, 0.2, 0.3))
     by_hand = overlap.overlapping_cells(Examination(of))
-    called = []
-    compiled = overlap._compiled_depths
-    monkeypatch.setattr(overlap, "MANY", 1)
-    monkeypatch.setattr(
-        overlap, "_compiled_depths", lambda *given: called.append(1) or compiled(*given)
-    )
-    np.testing.assert_array_equal(overlap.overlapping_cells(Examination(of)), by_hand)
-    assert called
+    with compiled() as calls:
+        np.testing.assert_array_equal(overlap.overlapping_cells(Examination(of)), by_hand)
+    assert calls
 
 
 def test_large_facets_among_small_cells():
@@ -125,10 +155,12 @@ def test_large_facets_among_small_cells():
 
 
 @pytest.mark.parametrize("family", CELLS)
-def test_parts_of_a_cell_fill_it(family):
-    points = np.array(CELLS[family], dtype=float)
-    cells = np.arange(len(points))[None]
-    tets = overlap._divided(points, cells, family)[0]
-    volume = np.linalg.det(tets[:, 1:] - tets[:, :1]) / 6
-    assert (volume < 0).all() or (volume > 0).all()
-    assert abs(volume).sum() == pytest.approx(contents(points, cells, family)[0])
+def test_no_place_inside_a_cell_is_overlooked(family):
+    """A small tet overlaps the cell that it lies in, wherever it lies there."""
+    n = 60
+    generator = np.random.default_rng(3)
+    cell = np.array(CELLS[family], dtype=float)
+    places = generator.dirichlet(np.ones(len(cell)), n) @ shrunk(cell[None], 0.05)[0]
+    small = 0.02 * (CORNER - 0.25) + places[:, None]
+    cells = np.broadcast_to(cell, (n, *cell.shape))
+    assert overlapping((family, "tetra"), cells, small) == set(range(n))

@@ -5,7 +5,7 @@ import sys
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -15,6 +15,7 @@ from meshopt_cli.validity import ERROR, RULES, WARNING, Gates, check, choose
 from support.broken import BROKEN, CORNER, FINE, SQUARE, VALID, quad
 from support.edits import shifted, torn, transformed, turned, with_cells
 from support.meshes import mesh, octahedron, tet_grid
+from support.settings import examples
 
 ALL = {name: (sound, "") for name, sound in VALID.items()} | BROKEN
 ROTATION = np.linalg.qr(np.array([[3.0, 1, 2], [1, 5, -1], [2, 2, 7]]))[0]
@@ -198,7 +199,7 @@ ROWS = st.integers(0, len(GRID.blocks[0].cells) - 1)
 PLACES = st.integers(0, 3)
 
 
-@settings(max_examples=50, deadline=None)
+@examples(50)
 @given(ROWS, st.permutations(range(4)))
 def test_one_cell_listed_in_another_order(row, order):
     cells = GRID.blocks[0].cells.copy()
@@ -207,7 +208,7 @@ def test_one_cell_listed_in_another_order(row, order):
     assert codes(with_cells(GRID, cells)) == ("" if even else "M101")
 
 
-@settings(max_examples=30, deadline=None)
+@examples(30)
 @given(st.lists(ROWS, min_size=1, max_size=4), st.permutations(range(4)))
 def test_duplicates(rows, order):
     cells = GRID.blocks[0].cells
@@ -218,7 +219,7 @@ def test_duplicates(rows, order):
     ]
 
 
-@settings(max_examples=30, deadline=None)
+@examples(30)
 @given(ROWS, PLACES, st.one_of(st.integers(-(2**63), -1), st.integers(27, 2**63 - 1)))
 def test_vertices_out_of_range(row, place, vertex):
     cells = GRID.blocks[0].cells.copy()
@@ -226,7 +227,7 @@ def test_vertices_out_of_range(row, place, vertex):
     assert codes(with_cells(GRID, cells)) == "M002"
 
 
-@settings(max_examples=30, deadline=None)
+@examples(30)
 @given(ROWS, PLACES, st.integers(1, 3))
 def test_repeated_vertices(row, place, step):
     cells = GRID.blocks[0].cells.copy()
@@ -234,7 +235,7 @@ def test_repeated_vertices(row, place, step):
     assert codes(with_cells(GRID, cells)) == "M003"
 
 
-@settings(max_examples=30, deadline=None)
+@examples(30)
 @given(st.integers(0, 26), st.integers(0, 2), st.sampled_from([np.nan, np.inf, -np.inf]))
 def test_coordinates_not_finite(point, axis, value):
     points = GRID.points.copy()
@@ -242,7 +243,7 @@ def test_coordinates_not_finite(point, axis, value):
     assert codes(Mesh(points, GRID.blocks)) == "M001"
 
 
-@settings(max_examples=30, deadline=None)
+@examples(30)
 @given(st.integers(1, 40))
 def test_torn_meshes(n):
     assert codes(torn(GRID, n)) == "M202 M205"
@@ -273,7 +274,7 @@ def anything(draw):
     return Mesh(points, blocks)
 
 
-@settings(max_examples=300, deadline=None)
+@examples(300)
 @given(anything())
 def test_no_content_is_too_strange(of):
     report = check(of)
