@@ -73,7 +73,7 @@ def patches_of(mesh: Mesh, source: Simplices, tolerance: float) -> Patches:
     """
     n_points = len(source.points)
     facets = source.outer
-    declared, label, required = _declared(mesh, source, facets)
+    declared, label, required = _declared(mesh, source.facet_type, facets)
     pinned = source.fixed.copy()
     pinned[source.inner] = True
     pinned[facets[required]] = True
@@ -82,28 +82,48 @@ def patches_of(mesh: Mesh, source: Simplices, tolerance: float) -> Patches:
         nothing = np.empty((0, 2), np.int64)
         return Patches(guide, nothing, facets, np.arange(len(facets)), declared, tolerance)
     normals = _normals(source.points, facets)
+    alone = np.arange(len(facets))
+    label = np.where(required, len(facets) + alone, label)  # no other facet takes its place
     ridges, one, other = _ridges(facets, normals, label, source.edges, n_points, tolerance)
     patch = adjacency.first_of(len(facets), one, other)
     pinned[_loose_ends(source.edges, facets, n_points)] = True
+    _, label, required = _declared(mesh, "line", ridges)
+    pinned[ridges[required]] = True
+    pinned |= ~_are_alike(ridges, label, n_points)
     guide = _guides(source.points, facets, normals, patch, ridges, pinned, tolerance)
     return Patches(guide, ridges, facets, patch, declared, tolerance)
 
 
-def _declared(mesh: Mesh, source: Simplices, facets: Array) -> tuple[Array, Array, Array]:
-    """For each facet: which declared one it is, a label for its tags, whether it is required."""
-    blocks = [b for b in mesh.blocks if b.type == source.facet_type]
-    found = np.full(len(facets), -1)
-    label = np.full(len(facets), -1)
-    required = np.zeros(len(facets), dtype=bool)
-    if not blocks or not sum(len(b.cells) for b in blocks):
-        return found, label, required
-    rows = np.concatenate([b.cells for b in blocks])
-    found = adjacency.places_in(rows, facets, len(source.points))
-    same = found >= 0
-    label[same] = labels(blocks)[found[same]]
-    flags = [flagged(b.data.get(REQUIRED, np.zeros(len(b.cells)))) for b in blocks]
-    required[same] = np.concatenate(flags)[found[same]]
-    return found, label, required
+def _declared(mesh: Mesh, kind: str, rows: Array) -> tuple[Array, Array, Array]:
+    """For each facet or edge: which declared one it is, a label for its tags, whether it must stay.
+
+    It must where the file says so, and where the file lists it several times: whatever took its
+    place would have to be as many.
+    """
+    blocks = [b for b in mesh.blocks if b.type == kind]
+    found = np.full(len(rows), -1)
+    label = np.full(len(rows), -1)
+    must_stay = np.zeros(len(rows), dtype=bool)
+    if not sum(len(b.cells) for b in blocks):
+        return found, label, must_stay
+    known = np.concatenate([b.cells for b in blocks])
+    found = adjacency.places_in(known, rows, len(mesh.points))
+    there = found >= 0
+    label[there] = labels(blocks)[found[there]]
+    required = [flagged(b.data.get(REQUIRED, np.zeros(len(b.cells)))) for b in blocks]
+    _, number, count = adjacency.distinct_rows(np.sort(known, axis=1))
+    must_stay[there] = (np.concatenate(required) | (count[number] > 1))[found[there]]
+    return found, label, must_stay
+
+
+def _are_alike(rows: Array, label: Array, n_points: int) -> Array:
+    """Whether all facets or edges at each vertex have the same label, (np,) bool."""
+    width = rows.shape[1]
+    low = np.full(n_points, np.iinfo(np.int64).max)
+    high = np.full(n_points, np.iinfo(np.int64).min)
+    np.minimum.at(low, rows.ravel(), np.repeat(label, width))
+    np.maximum.at(high, rows.ravel(), np.repeat(label, width))
+    return low >= high
 
 
 def _normals(points: Array, facets: Array) -> Array:
@@ -151,12 +171,9 @@ def _guides(
     n_points = len(points)
     guide = np.zeros((n_points, 4))
     n_ridges = np.bincount(ridges.ravel(), minlength=n_points)
-    # A vertex with all its facets in one patch, and no ridge.
-    low = np.full(n_points, len(facets))
-    high = np.full(n_points, -1)
-    np.minimum.at(low, facets.ravel(), np.repeat(patch, 3))
-    np.maximum.at(high, facets.ravel(), np.repeat(patch, 3))
-    inside = (low == high) & (n_ridges == 0) & ~pinned
+    on_boundary = np.zeros(n_points, dtype=bool)
+    on_boundary[facets] = True
+    inside = on_boundary & _are_alike(facets, patch, n_points) & (n_ridges == 0) & ~pinned
     guide[facets.ravel(), 1:] = np.repeat(normals, 3, axis=0)
     guide[inside, 0] = PLANE
     _set_lines(guide, points, ridges, ~pinned & (n_ridges == 2), tolerance)
@@ -171,11 +188,7 @@ def _guides_of_chains(
     n_points = len(points)
     guide = np.zeros((n_points, 4))
     n_edges = np.bincount(facets.ravel(), minlength=n_points)
-    low = np.full(n_points, len(facets) + 1)
-    high = np.full(n_points, -2)
-    np.minimum.at(low, facets.ravel(), np.repeat(label, 2))
-    np.maximum.at(high, facets.ravel(), np.repeat(label, 2))
-    free = ~pinned & (n_edges == 2) & (low == high)
+    free = ~pinned & (n_edges == 2) & _are_alike(facets, label, n_points)
     _set_lines(guide, points, facets, free, tolerance)
     guide[guide[:, 0] == FIXED] = 0.0
     return guide

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..errors import InvariantError
+from ..errors import BadMeshError, InvariantError
 from ..kernels.audit import NOT_IN_BALL, NOT_MUTUAL, NOT_POSITIVE, NOT_SHARED, WHOLE, audit
 from ..kernels.shape.simplex import measure_cells
 from ..work.session import Workspace
@@ -40,11 +40,18 @@ class Check(Pass):
 
         Raises
         ------
+        BadMeshError
+            The mesh came with inverted or flat cells, and nothing has mended them yet.
         InvariantError
             A cell breaks a promise of the operators.
         """
         rows = work.living()
         fault, cell = audit(work.mesh, 0.0 if self.inverted == "refused" else -math.inf)
+        if fault == NOT_POSITIVE and work.came_tangled:
+            raise BadMeshError(
+                "it has inverted or flat cells where the pass check refuses them: put untangle "
+                "before it, or set check.inverted=allowed"
+            )
         if fault != WHOLE:
             raise InvariantError(f"cell {cell} of the working mesh {FAULTS[fault]}")
         quality = np.empty(len(rows))

@@ -34,6 +34,8 @@ class Workspace:
         By what the mesh is judged; a stage may let another one steer.
     bounds : Bounds
         What passes hold the mesh against: itself, unless it is a part of another.
+    came_tangled : bool
+        Whether the mesh came with inverted or flat cells.
     visits : dict
         When entities were visited last, by who visited them: clocks, whole or for each vertex.
         Its values are replaced and never written into, so that a copy may share them.
@@ -68,6 +70,7 @@ class Workspace:
         self.visits: dict[Hashable, Any] = {}
         # By the edition of the mesh and the judge; replaced, never written into.
         self._standings: dict[tuple[int, Judge], Standing] = {}
+        self.came_tangled = self.standing().worst <= 0.0
 
     # What is there -------------------------------------------------------------------
 
