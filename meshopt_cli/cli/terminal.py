@@ -97,7 +97,7 @@ def progress(quiet: bool) -> Iterator[Observer]:
 
 def compile_kernels(quiet: bool, groups: Iterable[str] = ("basic",)) -> None:
     """Compile what is missing of some groups of kernels, and say so, for it takes a while."""
-    from ..compiled.cache import missing
+    from ..compiled.ways import missing
 
     if not missing(groups):
         return
