@@ -16,7 +16,6 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import PassManager, register_pass
 from numba.core.intrinsics import INTR_MATH
 from numba.core.typed_passes import NativeLowering
-from numba.extending import typeof_impl
 from numba.np.arrayobj import populate_array
 
 from . import semantics
@@ -122,17 +121,10 @@ OPTIONS: dict[str, Any] = {
 
 @functools.cache
 def dispatcher_of(kernel: Kernel) -> Any:
-    """What numba calls a function that it compiles when another one calls it."""
+    """A kernel as numba compiles it for another one."""
     return numba.njit(**OPTIONS, forceinline=kernel.is_inlined)(kernel.py_func)
 
 
-@typeof_impl.register(Kernel)
-def type_of_kernel(kernel: Kernel, _context: Any) -> types.Dispatcher:
-    """The type of a kernel that another one calls by its name."""
-    return types.Dispatcher(dispatcher_of(kernel))
-
-
-@global_compiler_lock
 def compile_entry(function: Callable[..., Any], arguments: tuple[Any, ...]) -> Code:
     """Compile a function for arguments of the types of these.
 
@@ -141,16 +133,17 @@ def compile_entry(function: Callable[..., Any], arguments: tuple[Any, ...]) -> C
     TypeError
         It returns something else than scalars and tuples.
     """
-    signature = tuple(numba.typeof(argument) for argument in arguments)
-    dispatcher = numba.njit(**OPTIONS)(function)
-    dispatcher.compile(signature)
-    compiled = dispatcher.overloads[signature]
-    results = semantics.results_of(compiled.fndesc.restype)
-    image = Image(compiled.target_context.codegen(), function.__name__)
-    image.add_linking_library(compiled.library)
-    image.add_ir_module(wrapper_of(compiled))
-    image.finalize()
-    return Code(image.emit(), results)
+    with semantics.compiling(dispatcher_of), global_compiler_lock:
+        signature = tuple(numba.typeof(argument) for argument in arguments)
+        dispatcher = numba.njit(**OPTIONS)(function)
+        dispatcher.compile(signature)
+        compiled = dispatcher.overloads[signature]
+        results = semantics.results_of(compiled.fndesc.restype)
+        image = Image(compiled.target_context.codegen(), function.__name__)
+        image.add_linking_library(compiled.library)
+        image.add_ir_module(wrapper_of(compiled))
+        image.finalize()
+        return Code(image.emit(), results)
 
 
 def wrapper_of(compiled: CompileResult) -> ir.Module:

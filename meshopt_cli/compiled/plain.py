@@ -1,4 +1,4 @@
-"""Kernels compiled, kept and called by what numba documents, and by nothing else.
+"""Kernels compiled, kept and called by numba's own means, as it documents them.
 
 It takes longer than `jit` and `native` do, in a first run and at every start. But it works with
 any numba, and wherever numba does.
@@ -8,24 +8,19 @@ from __future__ import annotations
 
 import functools
 import shutil
-import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numba
-from numba import config, types
-from numba.extending import typeof_impl
+from numba import config
 
 from .marks import Kernel
-from .semantics import OPTIONS, results_of
+from .semantics import OPTIONS, compiling, results_of
 from .words import Words
 
-_setting = threading.Lock()  # held while `numba.config` is another
-
-
 # Without what Python would call a kernel by, which never calls it, compiling takes two thirds of
-# the time. numba does not document these options.
+# the time. numba does not document these options, and may do without them one day.
 QUICK = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
@@ -45,15 +40,9 @@ def has(**options: bool) -> bool:
 
 @functools.cache
 def dispatcher_of(kernel: Kernel) -> Any:
-    """What numba calls a function that it compiles when another one calls it."""
+    """A kernel as numba compiles it for another one."""
     options = {**QUICK, "forceinline": kernel.is_inlined}
     return numba.njit(**OPTIONS, **(options if has(**options) else {}))(kernel.py_func)
-
-
-@typeof_impl.register(Kernel)
-def type_of_kernel(kernel: Kernel, _context: Any) -> types.Type:
-    """The type of a kernel that another one calls by its name."""
-    return numba.typeof(dispatcher_of(kernel))
 
 
 class Plain:
@@ -76,14 +65,15 @@ class Plain:
         self, function: Callable[..., Any], arguments: tuple[Any, ...], folder: Path
     ) -> None:
         signature = tuple(numba.typeof(argument) for argument in arguments)
-        self._call = _kept(function, folder)
-        try:
-            self._call.compile(signature)
-        except Exception:
-            # What is stored may be damaged. Where it is the function, this ends the same way.
-            shutil.rmtree(folder, ignore_errors=True)
+        with compiling(dispatcher_of):
             self._call = _kept(function, folder)
-            self._call.compile(signature)
+            try:
+                self._call.compile(signature)
+            except Exception:
+                # What is stored may be damaged. Where it is the function, this ends the same way.
+                shutil.rmtree(folder, ignore_errors=True)
+                self._call = _kept(function, folder)
+                self._call.compile(signature)
         results_of(self._call.nopython_signatures[0].return_type)
 
     def __call__(self, _words: Words, arguments: tuple[Any, ...]) -> Any:
@@ -93,16 +83,15 @@ class Plain:
 
 def _kept(function: Callable[..., Any], folder: Path) -> Any:
     """What numba makes of a function, told to keep the code in a folder if it can be written."""
-    with _setting:
-        usual = config.CACHE_DIR
-        config.CACHE_DIR = str(folder)
-        try:
-            kept = numba.njit(**OPTIONS, cache=True)(function)
-            # Elsewhere, as beside the source, might lie code of other versions of the kernels.
-            if Path(kept.stats.cache_path).is_relative_to(folder):
-                return kept
-        except RuntimeError:
-            pass  # numba found no place at all
-        finally:
-            config.CACHE_DIR = usual
+    usual = config.CACHE_DIR
+    config.CACHE_DIR = str(folder)
+    try:
+        kept = numba.njit(**OPTIONS, cache=True)(function)
+        # Elsewhere, as beside the source, might lie code of other versions of the kernels.
+        if Path(kept.stats.cache_path).is_relative_to(folder):
+            return kept
+    except RuntimeError:
+        pass  # numba found no place at all
+    finally:
+        config.CACHE_DIR = usual
     return numba.njit(**OPTIONS)(function)

@@ -8,6 +8,7 @@ import sys
 
 import pytest
 
+from meshopt_cli.compiled.cache import sources
 from meshopt_cli.passes import PASSES
 from meshopt_cli.warmup import GROUPS, shares_of
 from support.samples import ROOT
@@ -140,6 +141,16 @@ def test_libraries_stay_in_their_rooms(path):
 def test_kernels_import_nothing_but_numpy():
     for path in (PACKAGE / "kernels").rglob("*.py"):
         assert {name.split(".")[0] for name in imports(path)} <= KERNELS_MAY, path.name
+
+
+def test_machine_code_is_made_anew_for_every_source_it_depends_on():
+    """Its folder is named by the digest of these."""
+    graph = {module: set(imported(module)) for module in MODULES}
+    needed = {module for module in MODULES if module.split(".")[0] == "kernels"}
+    for _ in MODULES:
+        needed |= {b for a in needed if not a.startswith("compiled") for b in graph[a]}
+    assert "compiled.decorators" in needed
+    assert {MODULES[module] for module in needed} <= set(sources())
 
 
 def test_every_kernel_is_compiled_by_our_decorators():
