@@ -2,94 +2,42 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
-from pathlib import Path
-from typing import NamedTuple
-
 import numpy as np
 import pytest
 
 from meshopt_cli.cli.main import status_of
 from meshopt_cli.compiled import cache, decorators, ways
 from meshopt_cli.errors import EXIT_USAGE, ConfigError
+from support.compiling import array, outer, total
+from support.processes import outside, start_python
+from support.samples import ROOT
 
 pytestmark = pytest.mark.skipif(ways.INTERPRETED, reason="kernels are interpreted")
 
-ROOT = Path(__file__).parent.parent
-
-
-class Part(NamedTuple):
-    """A part of `Found`, and of arguments."""
-
-    values: np.ndarray
-    factor: float
-
-
-class Found(NamedTuple):
-    """Results of every kind."""
-
-    is_positive: bool
-    number: int
-    rest: tuple[float, int]
-
-
-@decorators.inlined
-def half(value):
-    return 0.5 * value
-
-
-@decorators.kernel
-def weighed(part, i):
-    return half(part.values[i]) / part.factor
-
-
-def found(part, shift):
-    total = shift
-    for i in range(len(part.values)):
-        total += weighed(part, i)
-        part.values[i] = -1.0
-    return Found(total > 0.0, len(part.values), (total, 7))
-
-
-def nothing(values):
-    values[0] = 1.0
-
-
-def same(values):
-    return values
-
-
-def some():
-    """Arguments of `found`, of which the kernel makes infinity."""
-    return Part(np.array([3.0, 5.0, 1.0 / 3.0]), 0.0), 0.25
-
-
-def checked():
-    """Call a kernel, which must do what it does in Python; print which way it ran."""
-    ours, theirs = some(), some()
-    result = decorators.Entry(found)(*ours)
-    with np.errstate(all="ignore"):
-        # Python raises an error where numpy divides by zero.
-        expected = found(theirs[0]._replace(factor=np.float64(theirs[0].factor)), theirs[1])
-    assert result == expected
-    assert [type(value) for value in (*result, *result.rest)] == [bool, int, tuple, float, int]
-    assert ours[0].values.tolist() == theirs[0].values.tolist()
-    print(ways.way(), "meshopt_cli.compiled.jit" in sys.modules)
+# Calls kernels, which must do what they do in Python, and prints which way they ran.
+CHECK = """
+import math
+import sys
+import numpy as np
+from meshopt_cli.compiled import ways
+from meshopt_cli.compiled.decorators import Entry
+from support import compiling as c
+ours, theirs = c.outer(), c.outer()
+assert Entry(c.total)(ours, 0.25) == c.total(theirs, 0.25)
+np.testing.assert_array_equal(ours.inner.values, theirs.inner.values)
+found = Entry(c.described)(np.array([-3.0]))
+assert repr(found) == repr(c.described([-3.0]))
+assert Entry(c.quotient)(1.0, 0.0) == math.inf
+print(ways.way(), "meshopt_cli.compiled.jit" in sys.modules)
+"""
 
 
 def run(code, **environment):
-    """What Python prints, and what it says besides, with the package and the tests at hand."""
-    ran = subprocess.run(
-        [sys.executable, "-c", f"import sys\nimport test_ways as t\n{code}"],
-        env={**os.environ, "PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'tests'}", **environment},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert ran.returncode == 0, ran.stderr
-    return ran.stdout.strip(), ran.stderr
+    """What Python prints, and what it says besides."""
+    process = start_python(code, **environment)
+    out, err = process.communicate()
+    assert process.returncode == 0, err
+    return out.strip(), err
 
 
 @pytest.fixture
@@ -119,7 +67,7 @@ def test_other_ways_are_refused(monkeypatch, samples, capsys):
 
 
 def test_kernels_do_the_same_by_numba(environment):
-    said, _ = run("t.checked()", **{**environment, ways.VARIABLE: "numba"})
+    said, _ = run(CHECK, **{**environment, ways.VARIABLE: "numba"})
     assert said == "numba False"
 
 
@@ -127,38 +75,39 @@ def test_what_kernels_take_and_return_is_the_same_by_numba(environment):
     code = """
 import numpy as np
 import pytest
-assert t.decorators.Entry(t.nothing)(np.zeros(2)) is None
+from meshopt_cli.compiled.decorators import Entry
+from support import compiling as c
+assert Entry(c.twice)(np.zeros(2)) is None
 with pytest.raises(TypeError, match="kernels return no array"):
-    t.decorators.Entry(t.same)(np.zeros(2))
+    Entry(c.array)(np.zeros(2))
 with pytest.raises(TypeError, match="kernels take C-contiguous arrays"):
-    t.decorators.Entry(t.nothing)(np.zeros((4, 4))[:, 0])
+    Entry(c.twice)(np.zeros((4, 4))[:, 0])
 fixed = np.zeros(2)
 fixed.flags.writeable = False
 with pytest.raises(Exception, match="modify readonly array"):
-    t.decorators.Entry(t.nothing)(fixed)
+    Entry(c.twice)(fixed)
 """
     run(code, **{**environment, ways.VARIABLE: "numba"})
 
 
 def test_a_folder_that_cannot_be_written_is_no_harm_by_numba(environment, tmp_path):
     (tmp_path / "file").touch()
-    code = f"t.cache.folder = lambda: t.Path({str(tmp_path)!r}) / 'file' / 'kernels'\nt.checked()"
-    said, _ = run(code, **{**environment, ways.VARIABLE: "numba"})
+    place = f"pathlib.Path({str(tmp_path)!r}) / 'file' / 'kernels'"
+    code = f"import pathlib; from meshopt_cli.compiled import cache; cache.folder = lambda: {place}"
+    said, _ = run(code + CHECK, **{**environment, ways.VARIABLE: "numba"})
     assert said == "numba False"
-    assert not list((ROOT / "tests").rglob("test_ways.found*.nb?"))
+    assert not list((ROOT / "tests").rglob("compiling.*.nb?"))
 
 
 def test_damaged_code_is_compiled_again_by_numba(environment, tmp_path):
     environment[ways.VARIABLE] = "numba"
-    run("t.checked()", **environment)
-    (index,) = tmp_path.rglob("*.nbi")
-    (code,) = tmp_path.rglob("*.nbc")
-    whole = code.read_bytes()
-    code.write_bytes(whole[: len(whole) // 2])
-    index_before = index.stat().st_mtime_ns
-    assert run("t.checked()", **environment)[0] == "numba False"
-    assert next(iter(tmp_path.rglob("*.nbc"))).stat().st_size == len(whole)
-    assert next(iter(tmp_path.rglob("*.nbi"))).stat().st_mtime_ns > index_before
+    run(CHECK, **environment)
+    sizes = {path: path.stat().st_size for path in tmp_path.rglob("*.nbc")}
+    assert len(sizes) == 3
+    for path, size in sizes.items():
+        path.write_bytes(path.read_bytes()[: size // 2])
+    assert run(CHECK, **environment)[0] == "numba False"
+    assert {path: path.stat().st_size for path in tmp_path.rglob("*.nbc")} == sizes
 
 
 # What a numba of other inner names, or a platform without the loader, may do.
@@ -173,11 +122,11 @@ FAULTS = {
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_where_the_loader_fails_numba_does_it(fault, environment, tmp_path):
-    said, warned = run(f"{FAULTS[fault]}\nt.checked()\nt.checked()", **environment)
+    said, warned = run(f"import sys\n{FAULTS[fault]}\n{CHECK}{CHECK}", **environment)
     assert {line.split()[0] for line in said.splitlines()} == {"numba"}
     assert warned.count("the loader of compiled kernels does not know this numba") == 1
     # Later runs do not try again.
-    said, warned = run("t.checked()", **environment)
+    said, warned = run(CHECK, **environment)
     assert said == "numba False"
     assert warned == ""
     (reason,) = tmp_path.rglob("native.not")
@@ -188,26 +137,21 @@ def test_a_faulty_kernel_is_no_fault_of_the_loader(tmp_path, monkeypatch):
     monkeypatch.setattr(cache, "folder", lambda: tmp_path / "kernels")
     monkeypatch.delenv(ways.VARIABLE, raising=False)
     with pytest.raises(TypeError, match="kernels return no array"):
-        decorators.Entry(same)(np.zeros(2))
+        decorators.Entry(array)(np.zeros(2))
     assert ways.way() is ways.Way.NATIVE
     # The loader's compiler goes on as if nothing had been.
-    assert decorators.Entry(found)(*some()).number == 3
-    assert list((tmp_path / "kernels").glob("*.found-*.o"))
+    assert decorators.Entry(total)(outer(), 0.25) == total(outer(), 0.25)
+    assert list((tmp_path / "kernels").glob("*.total-*.o"))
 
 
 def test_a_mesh_is_the_same_by_numba(tmp_path, environment, samples):
     """From nothing: half a minute for the kernels of one pass."""
     mesh = samples / "quadtree.vtk"
-    arguments = ["optimize", str(mesh), "", "--passes", "smooth", "-q"]
     written = []
     for name, setting in (("ours.vtk", {}), ("numbas.vtk", environment | {ways.VARIABLE: "numba"})):
-        arguments[2] = str(tmp_path / name)
-        subprocess.run(
-            [sys.executable, "-m", "meshopt_cli", *arguments],
-            env={**os.environ, "PYTHONPATH": str(ROOT), **setting},
-            check=True,
-        )
-        written.append((tmp_path / name).read_bytes())
+        out = tmp_path / name
+        assert outside("optimize", mesh, out, "--passes", "smooth", "-q", **setting).status == 0
+        written.append(out.read_bytes())
     assert written[0] == written[1] != mesh.read_bytes()
     (folder,) = (tmp_path / "cache").iterdir()
     assert {path.name for path in folder.iterdir() if path.is_file()} == {
