@@ -7,43 +7,59 @@ compiled before it; `python -m meshopt_cli.warmup` compiles all of them by hand.
 
 from __future__ import annotations
 
+import importlib
 import os
+import pkgutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
 
-from .compiled import cache
-from .kernels.audit import audit
-from .kernels.operators import relocate
-from .kernels.operators.collapse import Collapse, sweep_collapse
-from .kernels.operators.constrained import sweep_constrained
-from .kernels.operators.flip import sweep_flip
-from .kernels.operators.insert import Splitting, sweep_split
-from .kernels.operators.mend import Mending, sweep_mend
-from .kernels.operators.relax import sweep_relax
-from .kernels.operators.swap import Swap, sweep_swap
-from .kernels.search.separate import depths
-from .kernels.search.target import best_over_face, estimate_targets
-from .kernels.search.unite import unite
-from .kernels.shape import angles, simplex
-from .kernels.shape.classify import TetType
-from .kernels.types import N_VERDICTS, Judge
+from . import kernels
+from .compiled import cache, ways
+from .compiled.decorators import Entry
+from .errors import EXIT_DONE, MeshoptError
+from .kernels.shape.simplex import ASPECT_RATIO
+from .kernels.types import N_VERDICTS, Judge, Scratch, SimplexMesh
 from .mesh.cast import Simplices
-from .transfer.carry import find
 from .work.session import Workspace
 
-NOTHING = np.empty(0, dtype=np.int64)
+Array = np.ndarray
+
+# The groups of kernels, and how long they take to compile, in any unit; the longest first.
+GROUPS: dict[str, float] = {
+    "mend": 25,
+    "split": 11,
+    "relax": 7,
+    "basic": 5,
+    "collapse": 5,
+    "swap": 5,
+    "relocation": 4,
+    "check": 1,
+}
 
 
-def one_tet() -> Workspace:
-    """The smallest working mesh: all kernels have the same types on every mesh."""
-    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
-    return Workspace(
+class Specimen(NamedTuple):
+    """A tetrahedron to be worked on, and what else the examples of kernels are made of.
+
+    One is enough: all kernels have the same types on every mesh.
+    """
+
+    mesh: SimplexMesh
+    scratch: Scratch
+    order: Array  # (0,) int64: nothing to visit
+    facets: Array  # (1, 3) int64
+    vertex_values: Array  # (4,) float64
+    counts: Array  # (N_VERDICTS,) int64
+
+
+def specimen() -> Specimen:
+    """The smallest working mesh."""
+    work = Workspace(
         Simplices(
-            points=points,
+            points=np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]),
             cells=np.array([[0, 1, 2, 3]]),
             region=np.zeros(1, dtype=np.int64),
             fixed=np.zeros(4, dtype=bool),
@@ -53,105 +69,50 @@ def one_tet() -> Workspace:
             single=False,
             turned=False,
         ),
-        Judge(simplex.ASPECT_RATIO, 0.0),
+        Judge(ASPECT_RATIO, 0.0),
+    )
+    return Specimen(
+        work.mesh,
+        work.scratch,
+        order=np.empty(0, dtype=np.int64),
+        facets=np.array([[0, 1, 2]]),
+        vertex_values=np.zeros(4),
+        counts=np.zeros(N_VERDICTS, dtype=np.int64),
     )
 
 
-def compile_swap(work: Workspace) -> None:
-    how = Swap(0, 0.0, False, 0)
-    sweep_swap(work.mesh, NOTHING, how, work.scratch, no_counts())
-    sweep_flip(work.mesh, NOTHING, how, work.scratch, no_counts())
-
-
-def compile_relax(work: Workspace) -> None:
-    degree = np.zeros(4)
-    how = Swap(0, 0.0, False, 0)
-    sweep_relax(work.mesh, NOTHING, how, degree, degree, work.scratch, no_counts())
-
-
-def compile_relocation(work: Workspace) -> None:
-    how = relocate.Relocation(0, 0, 0.0, 0, 0.0, 0.0)
-    relocate.sweep_relocation(work.mesh, NOTHING, how, work.scratch, no_counts())
-
-
-def compile_collapse(work: Workspace) -> None:
-    how = Collapse(0, 0.0, 0.0, False)
-    sweep_collapse(work.mesh, NOTHING.reshape(0, 2), how, 0, work.scratch, no_counts())
-
-
-def compile_split(work: Workspace) -> None:
-    mesh, scratch = work.mesh, work.scratch
-    sweep_split(mesh, NOTHING, Splitting(0, 0.0, 0.0, 0.0), scratch, no_counts())
-    sweep_constrained(mesh, NOTHING, mesh.fixed.copy(), 0.0, 0, scratch, no_counts())
-
-
-def compile_mend(work: Workspace) -> None:
-    how = Mending(0.0, 0.0, 0.0, 0, 0, 0, 0.0)
-    remedies = np.zeros((len(TetType), 1), dtype=np.int64)
-    sweep_mend(work.mesh, NOTHING, remedies, how, work.scratch, no_counts())
-
-
-def compile_basic(work: Workspace) -> None:
-    mesh = work.mesh
-    work.changed_vertices(0, 1.0)
-    audit(mesh, 0.0)
-    faces = mesh.cells[:1, :3]
-    estimate_targets(mesh.judge, mesh.points, np.ascontiguousarray(faces), np.empty(1))
-    best_over_face(mesh.judge, mesh.points, 0, 1, 2)
-    angles.angle_range(mesh.points, mesh.cells[:1])
-    angles.angle_sums(mesh.points, mesh.cells[:1], np.zeros(4))
-    find(work.result()[0], np.zeros((1, 3)), np.zeros(1, np.int64))
-
-
-def compile_check(work: Workspace) -> None:
-    cells, edges = work.mesh.cells[:1], np.zeros((1, 2), dtype=np.int64)
-    depth = np.zeros(1)
-    depths(work.mesh.points, cells, cells, depth, cells[:, :3].copy(), cells[:, :3].copy(),
-           edges, edges, depth)  # fmt: skip
-    unite(np.arange(2), NOTHING, NOTHING)
-
-
-def no_counts() -> np.ndarray:
-    return np.zeros(N_VERDICTS, dtype=np.int64)
-
-
-@dataclass(frozen=True)
-class Task:
-    """A group of kernels that are compiled together, and how long that takes, in any unit."""
-
-    compile: Callable[[Workspace], None]
-    weight: float
-
-
-# The longest first.
-TASKS: dict[str, Task] = {
-    "mend": Task(compile_mend, 25),
-    "split": Task(compile_split, 11),
-    "relax": Task(compile_relax, 7),
-    "basic": Task(compile_basic, 5),
-    "collapse": Task(compile_collapse, 5),
-    "swap": Task(compile_swap, 5),
-    "relocation": Task(compile_relocation, 4),
-    "check": Task(compile_check, 1),
-}
+def entries() -> list[Entry]:
+    """All kernels that Python calls, by module."""
+    found = []
+    for place in pkgutil.walk_packages(kernels.__path__, f"{kernels.__name__}."):
+        module = importlib.import_module(place.name)
+        found += [
+            value
+            for value in vars(module).values()
+            if isinstance(value, Entry) and value.__module__ == place.name
+        ]
+    return found
 
 
 def shares_of(groups: Iterable[str], n_shares: int) -> list[list[str]]:
     """The groups of each process: one goes to the process that has the least to do."""
     shares: list[list[str]] = [[] for _ in range(n_shares)]
     wanted = set(groups)
-    for group in TASKS:
+    for group in GROUPS:
         if group in wanted:
-            min(shares, key=lambda share: sum(TASKS[g].weight for g in share)).append(group)
+            min(shares, key=lambda share: sum(GROUPS[g] for g in share)).append(group)
     return [share for share in shares if share]
 
 
 def compile_here(groups: Iterable[str]) -> None:
     """Compile some groups in this process."""
-    work = one_tet()
+    work = specimen()
+    all_ = entries()
     for group in groups:
-        TASKS[group].compile(work)
-        cache.note(group)
+        for entry in all_:
+            if entry.group == group and entry.example is not None:
+                entry.prepare(*entry.example(work))
+        ways.note(group)
 
 
 def compile_groups(groups: Iterable[str]) -> None:
@@ -160,7 +121,7 @@ def compile_groups(groups: Iterable[str]) -> None:
     A process that fails is no harm: what it did not compile is compiled when it is needed.
     """
     n_cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    shares = shares_of(cache.missing(groups), n_cores or 1)
+    shares = shares_of(ways.missing(groups), n_cores or 1)
     environment = {**os.environ, "MESHOPT_CACHE_DIR": str(cache.folder().parent)}
     helpers = [
         subprocess.Popen(
@@ -182,8 +143,18 @@ def compile_groups(groups: Iterable[str]) -> None:
             helper.kill()
 
 
+def main(groups: list[str]) -> int:
+    """Compile some groups in this process, or what is missing of all; the exit status."""
+    try:
+        if groups:
+            compile_here(groups)
+        else:
+            compile_groups(GROUPS)
+    except MeshoptError as error:
+        print(f"meshopt: {error}", file=sys.stderr)
+        return error.exit_status
+    return EXIT_DONE
+
+
 if __name__ == "__main__":
-    if len(sys.argv) > 1:
-        compile_here(sys.argv[1:])
-    else:
-        compile_groups(TASKS)
+    sys.exit(main(sys.argv[1:]))

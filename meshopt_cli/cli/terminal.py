@@ -97,13 +97,13 @@ def progress(quiet: bool) -> Iterator[Observer]:
 
 def compile_kernels(quiet: bool, groups: Iterable[str] = ("basic",)) -> None:
     """Compile what is missing of some groups of kernels, and say so, for it takes a while."""
-    from ..compiled.cache import missing
+    from ..compiled.ways import Way, missing, way
 
     if not missing(groups):
         return
     if not quiet:
-        notice = "meshopt: compiling kernels, once on this machine (under a minute)"
-        click.echo(notice, err=True)
+        time = "under a minute" if way() is Way.NATIVE else "a few minutes"
+        click.echo(f"meshopt: compiling kernels, once on this machine ({time})", err=True)
     from ..warmup import compile_groups
 
     compile_groups(groups)

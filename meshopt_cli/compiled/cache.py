@@ -1,37 +1,37 @@
 """Where the machine code of the kernels is kept.
 
-A folder is named by the digest of all that the code depends on: every kernel source, because
-helpers are compiled into their callers, what compiles them, and the processor they run on.
+A folder is named by the digest of all that the code depends on: every source that kernels are
+made of, because helpers are compiled into their callers, what compiles them, and the processor
+they run on.
 """
 
 from __future__ import annotations
 
 import atexit
 import contextlib
-import functools
 import hashlib
 import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Iterable
 from importlib.util import find_spec
 from pathlib import Path
-from typing import NamedTuple
 
-# numba's switch: Python runs the kernels itself.
-INTERPRETED = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
+from .marks import Code
+from .once import once
+
+PACKAGE = Path(__file__).parent.parent
+# What is compiled, and what compiles it, below the package.
+PATTERNS = ("cells.py", "handles.py", "compiled/**/*.py", "kernels/**/*.py")
 
 
-class Code(NamedTuple):
-    """Machine code of an entry for one layout of its arguments."""
-
-    image: bytes  # of an object file
-    results: str  # see `jit.results_of`
+def sources() -> list[Path]:
+    """The files of the package that machine code depends on, in a fixed order."""
+    return [path for pattern in PATTERNS for path in sorted(PACKAGE.glob(pattern))]
 
 
 def _digest() -> str:
-    """Digest of all kernel sources, of what they take as constants, and of what compiles them."""
+    """Digest of all kernel sources and of what compiles them."""
     import llvmlite
     from llvmlite.binding import get_host_cpu_features, get_host_cpu_name
 
@@ -40,12 +40,8 @@ def _digest() -> str:
     machine = (get_host_cpu_name(), get_host_cpu_features().flatten())
     settings = sorted(item for item in os.environ.items() if item[0].startswith("NUMBA_"))
     digest.update(repr((compilers, machine, settings)).encode())
-    package = Path(__file__).parent.parent
-    # The numbering of cells goes into the kernels as constants.
-    sources = [package / "cells.py", package / "handles.py"]
-    sources += [path for room in ("compiled", "kernels") for path in (package / room).rglob("*.py")]
-    for source in sorted(sources):
-        digest.update(source.name.encode() + source.read_bytes())
+    for source in sources():
+        digest.update(source.relative_to(PACKAGE).as_posix().encode() + source.read_bytes())
     return digest.hexdigest()[:16]
 
 
@@ -66,7 +62,7 @@ def _is_writable(folder: Path) -> bool:
         return False
 
 
-@functools.cache
+@once
 def folder() -> Path:
     """The folder for machine code, writable and private to the user.
 
@@ -87,22 +83,6 @@ def folder() -> Path:
     private = tempfile.mkdtemp(prefix="meshopt-kernels-")
     atexit.register(shutil.rmtree, private, ignore_errors=True)
     return Path(private) / digest
-
-
-def missing(groups: Iterable[str]) -> list[str]:
-    """Groups of kernels (see `warmup.TASKS`) that no run has compiled from these sources yet."""
-    return [] if INTERPRETED else [group for group in groups if not _mark_of(group).exists()]
-
-
-def note(group: str) -> None:
-    """Note that a group of kernels is compiled."""
-    with contextlib.suppress(OSError):
-        folder().mkdir(parents=True, exist_ok=True)
-        _mark_of(group).touch()
-
-
-def _mark_of(group: str) -> Path:
-    return folder() / f"{group}.compiled"
 
 
 def read(name: str) -> Code | None:

@@ -1,7 +1,8 @@
 """The decorators of the kernels, and how Python calls those that are compiled.
 
 The machine code of an earlier run is loaded as it is. Only a kernel that has none brings in
-numba (see `jit`), whose import takes longer than loading them all.
+numba (see `jit`), whose import takes longer than loading them all; and where the loader does not
+work, numba compiles and keeps all of them (see `plain`).
 """
 
 from __future__ import annotations
@@ -9,33 +10,20 @@ from __future__ import annotations
 import contextlib
 import functools
 import hashlib
+import threading
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar, cast, overload
 
-from . import cache
+from . import cache, ways, words
+from .marks import Code, Kernel
 
-if TYPE_CHECKING:
-    from . import native
+F = TypeVar("F", bound=Callable[..., Any])
 
-
-class Kernel:
-    """A function that kernels call; Python runs it uncompiled.
-
-    Attributes
-    ----------
-    py_func : callable
-    is_inlined : bool
-        Whether it is compiled into each of its callers.
-    """
-
-    def __init__(self, function: Callable[..., Any], is_inlined: bool) -> None:
-        functools.update_wrapper(self, function)
-        self.py_func = function
-        self.is_inlined = is_inlined
-
-    def __call__(self, *arguments: Any) -> Any:
-        return self.py_func(*arguments)
+# Makes arguments of the types that a kernel is called with; see `entry`.
+Example = Callable[[Any], tuple[Any, ...]]
+# Calls machine code; takes the words of some arguments and the arguments.
+Ready = Callable[[words.Words, tuple[Any, ...]], Any]
 
 
 class Entry:
@@ -44,31 +32,69 @@ class Entry:
     Attributes
     ----------
     py_func : callable
+    group : str
+        Kernels of a group are compiled together, ahead of a run that needs them. "" for those
+        that are compiled when they are called.
+    example : callable, optional
     """
 
-    def __init__(self, function: Callable[..., Any]) -> None:
+    def __init__(
+        self, function: Callable[..., Any], group: str = "", example: Example | None = None
+    ) -> None:
         functools.update_wrapper(self, function)
         self.py_func = function
-        self._loaded: dict[str, native.Native] = {}
+        self.group = group
+        self.example = example
+        self._ready: dict[str, Ready] = {}
+        self._preparing = threading.Lock()
 
     def __call__(self, *arguments: Any) -> Any:
-        from . import native
+        layout, flat = words.flatten(arguments)
+        ready = self._ready.get(layout) or self._prepared(layout, flat, arguments)
+        return ready(flat, arguments)
 
-        layout, words = native.flatten(arguments)
-        loaded = self._loaded.get(layout)
-        if loaded is None:
-            loaded = native.Native(self._code(layout, arguments), words)
-            self._loaded[layout] = loaded
-        return loaded(words)
+    def prepare(self, *arguments: Any) -> None:
+        """Do all that a call with such arguments needs, but the call."""
+        self._prepared(*words.flatten(arguments), arguments)
 
-    def _code(self, layout: str, arguments: tuple[Any, ...]) -> cache.Code:
-        """The code for such arguments: what is stored, or else compiled now and stored."""
+    def _prepared(self, layout: str, flat: words.Words, arguments: tuple[Any, ...]) -> Ready:
+        with self._preparing:
+            ready = self._ready.get(layout)
+            if ready is None:
+                ready = self._ready[layout] = self._made(layout, flat, arguments)
+            return ready
+
+    def _made(self, layout: str, flat: words.Words, arguments: tuple[Any, ...]) -> Ready:
+        name = self._name(layout)
+        if ways.way() is ways.Way.NUMBA:
+            return self._plain(name, arguments)
+        try:
+            return self._native(name, flat, arguments)
+        except MemoryError:
+            raise
+        except Exception as error:
+            # Inner names of numba may be gone, or mean something else, in more ways than can be
+            # foreseen. Where the kernel itself is at fault, numba says so here.
+            ready = self._plain(name, arguments)
+            ways.give_up_native(error)
+            return ready
+
+    def _name(self, layout: str) -> str:
+        """Under which the code for arguments of a layout is kept in `cache.folder`."""
         digest = hashlib.sha256(layout.encode())
         # An entry need not be among the kernels, whose sources name the folder: tests have some.
         with contextlib.suppress(OSError):
             digest.update(Path(self.py_func.__code__.co_filename).read_bytes())
         module = self.py_func.__module__.rpartition(".")[2]
-        name = f"{module}.{self.py_func.__name__}-{digest.hexdigest()[:16]}.o"
+        return f"{module}.{self.py_func.__name__}-{digest.hexdigest()[:16]}"
+
+    def _native(self, name: str, flat: words.Words, arguments: tuple[Any, ...]) -> Ready:
+        from . import native
+
+        return native.Native(self._code(f"{name}.o", arguments), flat, _symbols_of_numba)
+
+    def _code(self, name: str, arguments: tuple[Any, ...]) -> Code:
+        """The code for such arguments: what is stored, or else compiled now and stored."""
         code = cache.read(name)
         if code is None:
             from . import jit
@@ -77,21 +103,51 @@ class Entry:
             cache.write(name, code)
         return code
 
+    def _plain(self, name: str, arguments: tuple[Any, ...]) -> Ready:
+        from . import plain
 
-def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
+        return plain.Plain(self.py_func, arguments, cache.folder() / name)
+
+
+def _symbols_of_numba() -> dict[str, int]:
+    from . import jit
+
+    return jit.symbols_of_numba()
+
+
+def kernel(function: F) -> F:
     """Compile a function that only other kernels call."""
-    return function if cache.INTERPRETED else Kernel(function, is_inlined=False)
+    return function if ways.INTERPRETED else cast(F, Kernel(function, is_inlined=False))
 
 
-def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
+def inlined(function: F) -> F:
     """Compile a kernel into each of its callers: for formulas, and for the innermost loops.
 
     A call passes every array of the mesh field by field, which costs more than such a
     function does.
     """
-    return function if cache.INTERPRETED else Kernel(function, is_inlined=True)
+    return function if ways.INTERPRETED else cast(F, Kernel(function, is_inlined=True))
 
 
-def entry(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a kernel that Python calls, and keep it under `cache.folder`."""
-    return function if cache.INTERPRETED else Entry(function)
+@overload
+def entry(function: F, /) -> F: ...
+@overload
+def entry(*, group: str, example: Example) -> Callable[[F], F]: ...
+def entry(
+    function: F | None = None, /, *, group: str = "", example: Example | None = None
+) -> F | Callable[[F], F]:
+    """Compile a kernel that Python calls, and keep it under `cache.folder`.
+
+    Parameters
+    ----------
+    group : str
+        A key of `warmup.GROUPS`: passes and commands name the groups that they need.
+    example : callable
+        Takes a `warmup.Specimen`; returns arguments of the types that the kernel is called with
+        in every run, for which it is compiled. It is not called with them.
+    """
+
+    def decorated(function: F) -> F:
+        return function if ways.INTERPRETED else cast(F, Entry(function, group, example))
+
+    return decorated if function is None else decorated(function)

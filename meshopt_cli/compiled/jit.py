@@ -16,17 +16,12 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import PassManager, register_pass
 from numba.core.intrinsics import INTR_MATH
 from numba.core.typed_passes import NativeLowering
-from numba.extending import typeof_impl
 from numba.np.arrayobj import populate_array
 
-from .cache import Code
-from .decorators import Kernel
-from .native import SYMBOL
+from . import semantics
+from .marks import SYMBOL, Code, Kernel
 
 WORD = ir.IntType(64)
-
-# Letters of the scalars that a kernel may return, as in `native.SCALARS`.
-RESULTS = {types.int64: "q", types.float64: "d", types.boolean: "?"}
 
 
 class Bitcode(JITCodeLibrary):
@@ -117,28 +112,19 @@ class Image(JITCodeLibrary):
         return self._codegen._tm.emit_object(self._final_module)
 
 
-# IEEE arithmetic: division by zero gives inf or nan, as in numpy, and there is no fastmath, so
-# that the bits are the same compiled, interpreted and bounds-checked. No kernel allocates: it
-# needs no reference counts of arrays.
+# No kernel allocates: it needs no reference counts of arrays.
 OPTIONS: dict[str, Any] = {
-    "nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "no_cpython_wrapper": True,
-    "_nrt": False, "pipeline_class": KernelCompiler,
+    **semantics.OPTIONS, "no_cfunc_wrapper": True, "no_cpython_wrapper": True, "_nrt": False,
+    "pipeline_class": KernelCompiler,
 }  # fmt: skip
 
 
 @functools.cache
 def dispatcher_of(kernel: Kernel) -> Any:
-    """What numba calls a function that it compiles when another one calls it."""
+    """A kernel as numba compiles it for another one."""
     return numba.njit(**OPTIONS, forceinline=kernel.is_inlined)(kernel.py_func)
 
 
-@typeof_impl.register(Kernel)
-def type_of_kernel(kernel: Kernel, _context: Any) -> types.Dispatcher:
-    """The type of a kernel that another one calls by its name."""
-    return types.Dispatcher(dispatcher_of(kernel))
-
-
-@global_compiler_lock
 def compile_entry(function: Callable[..., Any], arguments: tuple[Any, ...]) -> Code:
     """Compile a function for arguments of the types of these.
 
@@ -147,29 +133,17 @@ def compile_entry(function: Callable[..., Any], arguments: tuple[Any, ...]) -> C
     TypeError
         It returns something else than scalars and tuples.
     """
-    signature = tuple(numba.typeof(argument) for argument in arguments)
-    dispatcher = numba.njit(**OPTIONS)(function)
-    dispatcher.compile(signature)
-    compiled = dispatcher.overloads[signature]
-    results = results_of(compiled.fndesc.restype)
-    image = Image(compiled.target_context.codegen(), function.__name__)
-    image.add_linking_library(compiled.library)
-    image.add_ir_module(wrapper_of(compiled))
-    image.finalize()
-    return Code(image.emit(), results)
-
-
-def results_of(returned: types.Type) -> str:
-    """The layout of what a kernel returns, with the class of each named tuple; see `native`."""
-    if isinstance(returned, types.NoneType):
-        return ""
-    if isinstance(returned, types.BaseTuple):
-        named = returned.instance_class if isinstance(returned, types.BaseNamedTuple) else tuple
-        items = " ".join(results_of(item) for item in returned)
-        return f"{named.__module__}:{named.__qualname__}( {items} )"
-    if returned not in RESULTS:
-        raise TypeError(f"kernels return no {returned}")
-    return RESULTS[returned]
+    with semantics.compiling(dispatcher_of), global_compiler_lock:
+        signature = tuple(numba.typeof(argument) for argument in arguments)
+        dispatcher = numba.njit(**OPTIONS)(function)
+        dispatcher.compile(signature)
+        compiled = dispatcher.overloads[signature]
+        results = semantics.results_of(compiled.fndesc.restype)
+        image = Image(compiled.target_context.codegen(), function.__name__)
+        image.add_linking_library(compiled.library)
+        image.add_ir_module(wrapper_of(compiled))
+        image.finalize()
+        return Code(image.emit(), results)
 
 
 def wrapper_of(compiled: CompileResult) -> ir.Module:
@@ -208,7 +182,7 @@ def words_at(builder: ir.IRBuilder, words: ir.Value) -> Iterator[ir.Value]:
 def value_of(
     context: Any, builder: ir.IRBuilder, kind: types.Type, words: Iterator[ir.Value]
 ) -> ir.Value:
-    """The value of an argument; its words are laid out as in `native.flatten`."""
+    """The value of an argument; its words are laid out as in `words.flatten`."""
     if isinstance(kind, types.BaseTuple):
         items = [value_of(context, builder, item, words) for item in kind]
         return context.make_tuple(builder, kind, items)
@@ -230,7 +204,7 @@ def value_of(
 
 
 def words_of(builder: ir.IRBuilder, kind: types.Type, value: ir.Value) -> Iterator[ir.Value]:
-    """The words of a result, in the order of `results_of`."""
+    """The words of a result, in the order of `semantics.results_of`."""
     if isinstance(kind, types.BaseTuple):
         for i, item in enumerate(kind):
             yield from words_of(builder, item, builder.extract_value(value, i))

@@ -9,7 +9,7 @@ from .types import N_CELLS, SimplexMesh
 WHOLE, NOT_POSITIVE, NOT_MUTUAL, NOT_SHARED, NOT_IN_BALL = range(5)
 
 
-@entry
+@entry(group="basic", example=lambda work: (work.mesh, 0.0))
 def audit(mesh: SimplexMesh, least: float) -> tuple[int, int]:
     """Look for the first living cell that breaks a promise.
 

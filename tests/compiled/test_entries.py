@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from meshopt_cli import formats
-from meshopt_cli.compiled import cache, decorators
+from meshopt_cli.compiled import cache, decorators, ways
 from support.compiling import Found, Part, array, described, first, outer, scaled, total, twice
 from support.edits import shaken
 from support.meshes import tet_grid
 from support.processes import said, start_python
 
 # An interpreted run (NUMBA_DISABLE_JIT) has no compiled kernels to look at.
-pytestmark = pytest.mark.skipif(cache.INTERPRETED, reason="kernels are interpreted")
+pytestmark = pytest.mark.skipif(ways.INTERPRETED, reason="kernels are interpreted")
 
 
 @pytest.fixture

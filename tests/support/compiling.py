@@ -79,6 +79,11 @@ def scaled(x, n):
     return math.ldexp(x, n)
 
 
+def quotient(x, y):
+    """Infinity or nan where y is 0, as in numpy; Python raises an error."""
+    return x / y
+
+
 def first(values):
     return values[0]
 

@@ -118,7 +118,7 @@ def touch(mesh: SimplexMesh, cell: int) -> None:
     mesh.state[EDITION] += 1
 
 
-@entry
+@entry(group="basic", example=lambda work: (work.mesh, work.vertex_values))
 def vertex_quality(mesh: SimplexMesh, out: np.ndarray) -> None:
     """Worst q of the ball of each vertex, written to `out` (np,); inf without cells."""
     out[:] = math.inf

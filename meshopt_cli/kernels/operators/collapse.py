@@ -301,7 +301,13 @@ def collapse_cell(
     return -1
 
 
-@entry
+@entry(
+    group="collapse",
+    example=lambda work: (
+        work.mesh, work.facets, Collapse(0, 0.0, 0.0, False), 0,
+        work.scratch, work.counts,
+    ),
+)  # fmt: skip
 def sweep_collapse(mesh, order, how, most, scratch, counts):
     """Try the edges of each cell in turn; see `swap.sweep_swap`. It needs no room.
 

@@ -194,7 +194,12 @@ def simulate_constrained_split(
     return simulate_cell_split(mesh, cell, on_boundary, keep, scratch)
 
 
-@entry
+@entry(
+    group="split",
+    example=lambda work: (
+        work.mesh, work.order, work.mesh.fixed, 0.0, 0, work.scratch, work.counts,
+    ),
+)  # fmt: skip
 def sweep_constrained(mesh, order, on_boundary, keep, max_points, scratch, counts):
     """Try to split the over-constrained entities of each cell, edges first; see `swap.sweep_swap`.
 

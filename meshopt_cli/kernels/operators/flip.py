@@ -14,6 +14,7 @@ from ..gather.shell import is_required
 from ..journal import keep
 from ..judge import q_of_triangle
 from ..types import APPLIED, FIXED, INVALID, NOT_BETTER, Scratch, SimplexMesh
+from .swap import Swap
 
 
 class FlipPlan(NamedTuple):
@@ -99,7 +100,10 @@ def apply_flip(mesh: SimplexMesh, plan: FlipPlan, scratch: Scratch) -> None:
     touch(mesh, other)
 
 
-@entry
+@entry(
+    group="swap",
+    example=lambda work: (work.mesh, work.order, Swap(0, 0.0, False, 0), work.scratch, work.counts),
+)
 def sweep_flip(mesh, order, how, scratch, counts):
     """Try the three edges of each triangle in turn; see `swap.sweep_swap`. It needs no room."""
     for i in range(order.shape[0]):

@@ -313,7 +313,12 @@ def apply_insertion(mesh: SimplexMesh, plan: Insertion, scratch: Scratch) -> int
     return vertex
 
 
-@entry
+@entry(
+    group="split",
+    example=lambda work: (
+        work.mesh, work.order, Splitting(0, 0.0, 0.0, 0.0), work.scratch, work.counts,
+    ),
+)  # fmt: skip
 def sweep_split(mesh, order, how, scratch, counts):
     """Try to mend each cell in turn by a new vertex; see `swap.sweep_swap`.
 

@@ -295,7 +295,13 @@ def mend_cell(
     return NOT_BETTER
 
 
-@entry
+@entry(
+    group="mend",
+    example=lambda work: (
+        work.mesh, work.order, work.facets, Mending(0.0, 0.0, 0.0, 0, 0, 0, 0.0),
+        work.scratch, work.counts,
+    ),
+)  # fmt: skip
 def sweep_mend(mesh, order, remedies, how, scratch, counts):
     """Try to mend each cell in turn; see `swap.sweep_swap`.
 

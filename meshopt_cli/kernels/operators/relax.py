@@ -128,7 +128,13 @@ def relax_flip(
     return APPLIED
 
 
-@entry
+@entry(
+    group="relax",
+    example=lambda work: (
+        work.mesh, work.order, Swap(0, 0.0, False, 0), work.vertex_values, work.vertex_values,
+        work.scratch, work.counts,
+    ),
+)  # fmt: skip
 def sweep_relax(mesh, order, how, degree, target, scratch, counts):
     """Try the swaps of each cell in turn; see `swap.sweep_swap`.
 

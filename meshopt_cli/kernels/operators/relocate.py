@@ -130,7 +130,12 @@ def simulate_relocation(
     return RelocationPlan(NOT_BETTER if worst > 0.0 else INVALID, n, p, worst)
 
 
-@entry
+@entry(
+    group="relocation",
+    example=lambda work: (
+        work.mesh, work.order, Relocation(0, 0, 0.0, 0, 0.0, 0.0), work.scratch, work.counts,
+    ),
+)  # fmt: skip
 def sweep_relocation(mesh, order, how, scratch, counts):
     """Try each vertex in turn; see `swap.sweep_swap`. It needs no room."""
     for i in range(order.shape[0]):

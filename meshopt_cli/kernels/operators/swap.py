@@ -375,7 +375,10 @@ def simulate_swap(
     return plan
 
 
-@entry
+@entry(
+    group="swap",
+    example=lambda work: (work.mesh, work.order, Swap(0, 0.0, False, 0), work.scratch, work.counts),
+)
 def sweep_swap(mesh, order, how, scratch, counts):
     """Try, for each tet in turn, its six edges, then its four faces.
 

@@ -222,7 +222,14 @@ def search(
     return nearest, best
 
 
-@entry
+@entry(
+    group="basic",
+    example=lambda work: (
+        work.mesh.points, work.mesh.cells, work.mesh.neighbours, work.mesh.region,
+        Grid(work.mesh.points[0], 1.0, work.order, work.order, work.order),
+        work.mesh.points, work.order, work.order, work.mesh.guide,
+    ),
+)  # fmt: skip
 def locate(
     points: np.ndarray,
     cells: np.ndarray,

@@ -53,7 +53,13 @@ def reach_across(
     )
 
 
-@entry
+@entry(
+    group="check",
+    example=lambda work: (
+        work.mesh.points, work.mesh.cells, work.mesh.cells, work.mesh.quality,
+        work.facets, work.facets, work.facets, work.facets, work.mesh.quality,
+    ),
+)  # fmt: skip
 def depths(
     points: np.ndarray,
     one: np.ndarray,

@@ -51,7 +51,10 @@ def scan_heights(judge: Judge, a: Vec, b: Vec, c: Vec) -> tuple[float, Vec]:
     return best, apex
 
 
-@entry
+@entry(
+    group="basic",
+    example=lambda work: (work.mesh.judge, work.mesh.points, work.facets, work.mesh.quality),
+)
 def estimate_targets(judge: Judge, points: np.ndarray, faces: np.ndarray, out: np.ndarray) -> None:
     """A lower bound of the best q over each face, from apexes above its centroid.
 
@@ -67,7 +70,7 @@ def estimate_targets(judge: Judge, points: np.ndarray, faces: np.ndarray, out: n
         out[i] = q
 
 
-@entry
+@entry(group="basic", example=lambda work: (work.mesh.judge, work.mesh.points, 0, 1, 2))
 def best_over_face(judge: Judge, points: np.ndarray, i: int, j: int, k: int) -> float:
     """Best q of a tet on the face i j k, by a pattern search over the apex.
 

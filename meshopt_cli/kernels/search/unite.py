@@ -16,7 +16,7 @@ def root_of(parent: np.ndarray, item: int) -> int:
     return item
 
 
-@entry
+@entry(group="check", example=lambda work: (work.order, work.order, work.order))
 def unite(parent: np.ndarray, one: np.ndarray, other: np.ndarray) -> None:
     """Join the sets of the items of each pair, and let every item know its representative.
 

@@ -125,7 +125,7 @@ def tri_angles(a: Vec, b: Vec, c: Vec) -> tuple[float, float]:
 # Many cells -----------------------------------------------------------------------------
 
 
-@entry
+@entry(group="basic", example=lambda work: (work.mesh.points, work.mesh.cells))
 def angle_range(points: np.ndarray, cells: np.ndarray) -> tuple[float, float]:
     """Least and greatest (dihedral) angle over all cells, in radians; (inf, -inf) of none."""
     least = math.inf
@@ -143,7 +143,7 @@ def angle_range(points: np.ndarray, cells: np.ndarray) -> tuple[float, float]:
     return least, greatest
 
 
-@entry
+@entry(group="basic", example=lambda work: (work.mesh.points, work.mesh.cells, work.vertex_values))
 def angle_sums(points: np.ndarray, cells: np.ndarray, out: np.ndarray) -> None:
     """Angle that the cells fill around each vertex, added to `out` (np,): 2 pi or 4 pi inside."""
     for i in range(cells.shape[0]):

@@ -279,7 +279,10 @@ def tri_quality(judge: Judge, a: Vec, b: Vec, c: Vec) -> float:
 # Many cells -----------------------------------------------------------------------------
 
 
-@entry
+@entry(
+    group="basic",
+    example=lambda work: (work.mesh.judge, work.mesh.points, work.mesh.cells, work.mesh.quality),
+)
 def measure_cells(judge: Judge, points: np.ndarray, cells: np.ndarray, out: np.ndarray) -> None:
     """q of each cell of an (n, 3) or (n, 4) array, written to `out`."""
     if cells.shape[1] == 4:

@@ -1,0 +1,97 @@
+"""Kernels compiled, kept and called by numba's own means, as it documents them.
+
+It takes longer than `jit` and `native` do, in a first run and at every start. But it works with
+any numba, and wherever numba does.
+"""
+
+from __future__ import annotations
+
+import functools
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numba
+from numba import config
+
+from .marks import Kernel
+from .semantics import OPTIONS, compiling, results_of
+from .words import Words
+
+# Without what Python would call a kernel by, which never calls it, compiling takes two thirds of
+# the time. numba does not document these options, and may do without them one day.
+QUICK = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+
+def nothing() -> None:
+    """A function to try options on."""
+
+
+@functools.cache
+def has(**options: bool) -> bool:
+    """Whether this numba has some options; it says so when it compiles."""
+    try:
+        numba.njit(**OPTIONS, **options)(nothing).compile(())
+    except KeyError:
+        return False
+    return True
+
+
+@functools.cache
+def dispatcher_of(kernel: Kernel) -> Any:
+    """A kernel as numba compiles it for another one."""
+    options = {**QUICK, "forceinline": kernel.is_inlined}
+    return numba.njit(**OPTIONS, **(options if has(**options) else {}))(kernel.py_func)
+
+
+class Plain:
+    """A function compiled for arguments of the types of these.
+
+    Parameters
+    ----------
+    folder : Path
+        Where numba keeps the code, of this function and such arguments only: it tells changed
+        sources by the file of the function, and processes that write about several at once
+        might mix them up.
+
+    Raises
+    ------
+    TypeError
+        It returns something else than scalars and tuples.
+    """
+
+    def __init__(
+        self, function: Callable[..., Any], arguments: tuple[Any, ...], folder: Path
+    ) -> None:
+        signature = tuple(numba.typeof(argument) for argument in arguments)
+        with compiling(dispatcher_of):
+            self._call = _kept(function, folder)
+            try:
+                self._call.compile(signature)
+            except Exception:
+                # What is stored may be damaged. Where it is the function, this ends the same way.
+                shutil.rmtree(folder, ignore_errors=True)
+                self._call = _kept(function, folder)
+                self._call.compile(signature)
+        results_of(self._call.nopython_signatures[0].return_type)
+
+    def __call__(self, _words: Words, arguments: tuple[Any, ...]) -> Any:
+        """Run it with arguments of those types."""
+        return self._call(*arguments)
+
+
+def _kept(function: Callable[..., Any], folder: Path) -> Any:
+    """What numba makes of a function, told to keep the code in a folder if it can be written."""
+    usual = config.CACHE_DIR
+    config.CACHE_DIR = str(folder)
+    try:
+        kept = numba.njit(**OPTIONS, cache=True)(function)
+        # Elsewhere, as beside the source, might lie code of other versions of the kernels.
+        if Path(kept.stats.cache_path).is_relative_to(folder):
+            return kept
+    except RuntimeError:
+        pass  # numba found no place at all
+    finally:
+        config.CACHE_DIR = usual
+    return numba.njit(**OPTIONS)(function)
