@@ -14,6 +14,7 @@ from .check_config import Configured
 from .options import measure_option, names_in, number_option, region_option, verbosity_options
 
 if TYPE_CHECKING:
+    from ..jobs.check import Task
     from ..report.verdict import Verdict
 
 
@@ -118,7 +119,7 @@ def _task(
     mark: Path | None,
     regions: tuple[str, ...],
     **gates: Any,
-):
+) -> Task:
     from ..jobs.check import Task
     from ..quality.gates import gates_of
 

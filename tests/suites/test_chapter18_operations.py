@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from meshopt_cli.kernels import accept
 from meshopt_cli.kernels.judge import q_of_tet
-from meshopt_cli.kernels.operators import swap
+from meshopt_cli.kernels.operators import ring
 from meshopt_cli.kernels.operators.relocate import Relocation
 from meshopt_cli.kernels.shape.ideal import TET_HEIGHT, TRI_HEIGHT
 from meshopt_cli.kernels.types import APPLIED
@@ -199,7 +199,7 @@ def noting(function, *names):
 def test_no_triangle_is_looked_at_twice(n):
     """Exercise 18.12: Tr_n triangles are enough, whatever the number of triangulations."""
     work = ring_of(n, 0)
-    quality, search = (getattr(code, "py_func", code) for code in (q_of_tet, swap.triangulate_ring))
+    quality, search = (getattr(code, "py_func", code) for code in (q_of_tet, ring.triangulate_ring))
     with noting(quality, "a", "b", "c", "d") as calls:
         search(work.mesh, 0, 1, n, -2.0, work.scratch)
     seen = {frozenset(call) for call in calls}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from meshopt_cli.compiled.decorators import entry
 from meshopt_cli.kernels.gather import ball, star
-from meshopt_cli.kernels.operators import collapse, face_removal, flip, insert, relocate, swap
+from meshopt_cli.kernels.operators import collapse, face_removal, flip, insert, relocate, ring, swap
 from meshopt_cli.kernels.shape import classify
 
 
@@ -59,7 +59,7 @@ def type_of(points, cell_vertices):
 @entry
 def best_of_ring(mesh, a, b, n, stop, scratch):
     """`triangulate_ring` for Python."""
-    return swap.triangulate_ring(mesh, a, b, n, stop, scratch)
+    return ring.triangulate_ring(mesh, a, b, n, stop, scratch)
 
 
 @entry

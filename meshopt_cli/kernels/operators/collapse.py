@@ -308,7 +308,14 @@ def collapse_cell(
         work.scratch, work.counts,
     ),
 )  # fmt: skip
-def sweep_collapse(mesh, order, how, most, scratch, counts):
+def sweep_collapse(
+    mesh: SimplexMesh,
+    order: np.ndarray,
+    how: Collapse,
+    most: int,
+    scratch: Scratch,
+    counts: np.ndarray,
+) -> int:
     """Try the edges of each cell in turn; see `swap.sweep_swap`. It needs no room.
 
     Parameters

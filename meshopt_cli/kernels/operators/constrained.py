@@ -200,7 +200,15 @@ def simulate_constrained_split(
         work.mesh, work.order, work.mesh.fixed, 0.0, 0, work.scratch, work.counts,
     ),
 )  # fmt: skip
-def sweep_constrained(mesh, order, on_boundary, keep, max_points, scratch, counts):
+def sweep_constrained(
+    mesh: SimplexMesh,
+    order: np.ndarray,
+    on_boundary: np.ndarray,
+    keep: float,
+    max_points: int,
+    scratch: Scratch,
+    counts: np.ndarray,
+) -> int:
     """Try to split the over-constrained entities of each cell, edges first; see `swap.sweep_swap`.
 
     Parameters

@@ -16,7 +16,8 @@ from ..gather.ball import local_index, next_stamp
 from ..gather.shell import is_required
 from ..judge import q_of_tet
 from ..types import APPLIED, FIXED, FULL, INVALID, MAX_SHELL, NOT_BETTER, Scratch, SimplexMesh
-from .swap import SwapPlan, put
+from .ring import put
+from .swap import SwapPlan
 
 MAX_FACES = MAX_SHELL // 2  # each face has two tets in `scratch.shell`
 

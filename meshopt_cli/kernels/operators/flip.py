@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from ...cells import TRI_FACETS
 from ...compiled.decorators import entry, kernel
 from ..accept import MEAN, is_accepted, mean_falls
@@ -104,7 +106,9 @@ def apply_flip(mesh: SimplexMesh, plan: FlipPlan, scratch: Scratch) -> None:
     group="swap",
     example=lambda work: (work.mesh, work.order, Swap(0, 0.0, False, 0), work.scratch, work.counts),
 )
-def sweep_flip(mesh, order, how, scratch, counts):
+def sweep_flip(
+    mesh: SimplexMesh, order: np.ndarray, how: Swap, scratch: Scratch, counts: np.ndarray
+) -> int:
     """Try the three edges of each triangle in turn; see `swap.sweep_swap`. It needs no room."""
     for i in range(order.shape[0]):
         cell = order[i]

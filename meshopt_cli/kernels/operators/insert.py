@@ -319,7 +319,9 @@ def apply_insertion(mesh: SimplexMesh, plan: Insertion, scratch: Scratch) -> int
         work.mesh, work.order, Splitting(0, 0.0, 0.0, 0.0), work.scratch, work.counts,
     ),
 )  # fmt: skip
-def sweep_split(mesh, order, how, scratch, counts):
+def sweep_split(
+    mesh: SimplexMesh, order: np.ndarray, how: Splitting, scratch: Scratch, counts: np.ndarray
+) -> int:
     """Try to mend each cell in turn by a new vertex; see `swap.sweep_swap`.
 
     Parameters

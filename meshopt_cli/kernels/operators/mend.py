@@ -302,7 +302,14 @@ def mend_cell(
         work.scratch, work.counts,
     ),
 )  # fmt: skip
-def sweep_mend(mesh, order, remedies, how, scratch, counts):
+def sweep_mend(
+    mesh: SimplexMesh,
+    order: np.ndarray,
+    remedies: np.ndarray,
+    how: Mending,
+    scratch: Scratch,
+    counts: np.ndarray,
+) -> int:
     """Try to mend each cell in turn; see `swap.sweep_swap`.
 
     Parameters

@@ -13,14 +13,8 @@ from ...compiled.decorators import entry, kernel
 from ..cavity import has_room
 from ..types import APPLIED, MAX_SHELL, NOT_BETTER, Scratch, SimplexMesh
 from .flip import apply_flip, simulate_flip
-from .swap import (
-    NOT_VISITED,
-    Swap,
-    apply_swap,
-    collect_triangles,
-    simulate_edge_removal,
-    simulate_face_swap,
-)
+from .ring import collect_triangles
+from .swap import NOT_VISITED, Swap, apply_swap, simulate_edge_removal, simulate_face_swap
 
 
 @kernel
@@ -135,7 +129,15 @@ def relax_flip(
         work.scratch, work.counts,
     ),
 )  # fmt: skip
-def sweep_relax(mesh, order, how, degree, target, scratch, counts):
+def sweep_relax(
+    mesh: SimplexMesh,
+    order: np.ndarray,
+    how: Swap,
+    degree: np.ndarray,
+    target: np.ndarray,
+    scratch: Scratch,
+    counts: np.ndarray,
+) -> int:
     """Try the swaps of each cell in turn; see `swap.sweep_swap`.
 
     Parameters

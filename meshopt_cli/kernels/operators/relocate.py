@@ -136,7 +136,9 @@ def simulate_relocation(
         work.mesh, work.order, Relocation(0, 0, 0.0, 0, 0.0, 0.0), work.scratch, work.counts,
     ),
 )  # fmt: skip
-def sweep_relocation(mesh, order, how, scratch, counts):
+def sweep_relocation(
+    mesh: SimplexMesh, order: np.ndarray, how: Relocation, scratch: Scratch, counts: np.ndarray
+) -> int:
     """Try each vertex in turn; see `swap.sweep_swap`. It needs no room."""
     for i in range(order.shape[0]):
         vertex = order[i]

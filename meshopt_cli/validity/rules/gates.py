@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ...cells import SIMPLICES
@@ -81,7 +83,12 @@ def _limits(study: Examination, code: str) -> list[Limit]:
     return [limit for limit in study.gates.limits if limit.code == code]
 
 
-def _beyond(study: Examination, limits: list[Limit], message=None, families=()) -> Places:
+def _beyond(
+    study: Examination,
+    limits: list[Limit],
+    message: Callable[[Limit], str] | None = None,
+    families: tuple[str, ...] = (),
+) -> Places:
     """The cells beyond each of some limits, with one message a limit."""
     points = study.points if study.plane is None or study.in_two else study.flat_points
     numbers, kinds = [np.empty(0, np.int64)], [np.empty(0, np.int64)]
