@@ -29,7 +29,8 @@ def target_degrees(work: Workspace) -> Array:
     """
     angle = np.zeros(len(work.mesh.points))
     angle_sums(work.mesh.points, work.corners(work.living()), angle)
-    rim = work.facets_at()
+    # An interface ends nothing: there are cells all around its vertices.
+    rim = work.facets_at(outer=True)
     if work.dimension == 2:
         n_cells = np.maximum(np.round(6.0 * angle / (2.0 * np.pi)), 1.0)
         return np.where(rim > 0, n_cells + 1.0, 6.0)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..boundary.patches import Patches
+from ..handles import OUTER
 from ..kernels.shape.simplex import measure_cells
 from ..kernels.types import CLOCK, EDITION, N_CELLS, N_FREE, N_POINTS, Judge
 from ..mesh import adjacency
@@ -119,11 +120,19 @@ class Workspace:
         """Number of edges at each vertex, (np,) int64."""
         return adjacency.degrees(self.corners(self.living()), len(self.mesh.points))
 
-    def facets_at(self) -> Array:
-        """Number of facets of the boundary and of interfaces at each vertex, (np,) int64."""
-        cells = self.living()
-        facets = adjacency.boundary_facets(self.mesh.cells[cells], self.mesh.neighbours[cells])
-        return np.bincount(facets.ravel(), minlength=len(self.mesh.points))
+    def facets_at(self, outer: bool = False) -> Array:
+        """Number of facets without a neighbour at each vertex, (np,) int64.
+
+        Parameters
+        ----------
+        outer : bool
+            Count those where the mesh ends only, not interfaces and declared facets.
+        """
+        rows = self.living()
+        beyond = self.mesh.neighbours[rows].ravel()
+        facets = adjacency.facets(self.mesh.cells[rows])
+        chosen = facets[beyond == OUTER if outer else beyond < 0]
+        return np.bincount(chosen.ravel(), minlength=len(self.mesh.points))
 
     # How good it is ------------------------------------------------------------------
 

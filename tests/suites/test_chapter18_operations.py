@@ -25,6 +25,7 @@ from meshopt_cli.passes.smooth import METHODS, RELAXATION, WEIGHTS
 from meshopt_cli.quality.measures import cell_quality
 from support import drivers
 from support.chapter18 import ASPECT_RATIO, TET, TRIANGLE, lengths, size
+from support.edits import with_regions
 from support.invariants import workspace
 from support.meshes import fan, hexagon, icosahedron, mesh, spindle
 from support.settings import examples
@@ -218,6 +219,14 @@ def test_degree_of_triangles(n):
     """6 is the degree inside equilateral triangles; on their boundary the angle decides."""
     degree, wanted = degrees(hexagon(n))
     assert degree[0] == 6
+    np.testing.assert_array_equal(degree, wanted)
+
+
+def test_degree_on_an_interface():
+    """Where two regions meet, triangles go on all around: 6 is the degree there, too."""
+    plain = hexagon(3)
+    middle = plain.points[plain.blocks[0].cells].mean(axis=1)
+    degree, wanted = degrees(with_regions(plain, middle[:, 1] > 0.0))
     np.testing.assert_array_equal(degree, wanted)
 
 
