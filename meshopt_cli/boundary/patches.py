@@ -28,6 +28,8 @@ class Patches:
 
     Attributes
     ----------
+    points : (np, 3) float64
+        As they were before the work.
     guide : (np, 4) float64
         For each vertex FIXED, LINE or PLANE, and the unit direction or normal.
     ridges : (n, 2) int64
@@ -41,6 +43,7 @@ class Patches:
     tolerance : float
     """
 
+    points: Array
     guide: Array
     ridges: Array
     facets: Array
@@ -80,7 +83,8 @@ def patches_of(mesh: Mesh, source: Simplices, tolerance: float) -> Patches:
     if source.dimension == 2:
         guide = _guides_of_chains(source.points, facets, label, pinned, tolerance)
         nothing = np.empty((0, 2), np.int64)
-        return Patches(guide, nothing, facets, np.arange(len(facets)), declared, tolerance)
+        number = np.arange(len(facets))
+        return Patches(source.points, guide, nothing, facets, number, declared, tolerance)
     normals = _normals(source.points, facets)
     alone = np.arange(len(facets))
     label = np.where(required, len(facets) + alone, label)  # no other facet takes its place
@@ -91,7 +95,7 @@ def patches_of(mesh: Mesh, source: Simplices, tolerance: float) -> Patches:
     pinned[ridges[required]] = True
     pinned |= ~_are_alike(ridges, label, n_points)
     guide = _guides(source.points, facets, normals, patch, ridges, pinned, tolerance)
-    return Patches(guide, ridges, facets, patch, declared, tolerance)
+    return Patches(source.points, guide, ridges, facets, patch, declared, tolerance)
 
 
 def _declared(mesh: Mesh, kind: str, rows: Array) -> tuple[Array, Array, Array]:

@@ -36,7 +36,26 @@ def homes(patches: Patches, worked: Simplices, origin: Array) -> Array:
         # A new facet lies in the patch that all its vertices have facets in.
         common = set.intersection(*(at[vertex] for vertex in facets[row].tolist()))
         patch[row] = min(common, default=-1)
+        if len(common) > 1:  # all of them lie on a ridge between two patches
+            middle = worked.points[worked.outer[row]].mean(axis=0)
+            patch[row] = _patch_around(patches, middle, sorted(common))
     return patch
+
+
+def _patch_around(patches: Patches, place: Array, candidates: list[int]) -> int:
+    """The patch, of some in space, that a place lies in: patches cover what they covered."""
+    rows = np.flatnonzero(np.isin(patches.patch, candidates))
+    a, b, c = patches.points[patches.facets[rows]].transpose(1, 0, 2)
+    normal = np.cross(b - a, c - a)
+    square = np.einsum("ij,ij->i", normal, normal)
+    # How far inside of each facet it is, by its least barycentric coordinate.
+    inside = np.min(
+        [np.einsum("ij,ij->i", np.cross(q - p, place - p), normal) / square
+         for p, q in ((a, b), (b, c), (c, a))], axis=0,
+    )  # fmt: skip
+    off = np.einsum("ij,ij->i", place - a, normal) ** 2 / square
+    near = off <= off.min() + patches.tolerance * np.sqrt(square)
+    return int(patches.patch[rows[np.argmax(np.where(near, inside, -np.inf))]])
 
 
 def _patches_at(patches: Patches, vertices: Array) -> dict[int, set[int]]:

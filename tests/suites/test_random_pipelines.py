@@ -162,3 +162,34 @@ def test_any_pipeline(dimension, boundary, data):
         f"check_run({recipe!r}, pipeline, {measure!r}, {boundary!r}) with the pipeline\n{pipeline}"
     )
     check_run(recipe, pipeline, measure, boundary)
+
+
+# What was found here once, or is as small as what was.
+ONCE = {
+    "plane interfaces": (
+        Recipe(3, 3, 1, 0.5, notched=True, regions="layers", stretch=0.3, single=True),
+        ["swap"],
+    ),
+    "facets between two parts of a side": (
+        Recipe(3, 2, 959, 1.5, notched=True, regions="corner", declared=("some sides",)),
+        ["swap"],
+    ),
+    "edges across a side": (
+        Recipe(3, 3, 1, 1.5, notched=True, regions="halves",
+               declared=("edges", "vertices", "facets"), place="other plane"),
+        ["swap"],
+    ),
+    "ends of lines": (
+        Recipe(3, 2, 1, 0.5, declared=("sides", "parts of sides", "edges")),
+        ["smooth"],
+    ),
+    "check of a tangle": (Recipe(2, 2, 3, tangled=True), ["check", "untangle"]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("boundary", ["fixed", "slide"])
+@pytest.mark.parametrize("name", ONCE)
+def test_what_was_found_once(name, boundary):
+    recipe, steps = ONCE[name]
+    pipeline = "gain = 0\n" + "".join(f'[[pass]]\nname = "{step}"\n' for step in steps)
+    check_run(recipe, pipeline, "aspect-ratio", boundary)
