@@ -13,6 +13,10 @@ from ..work.session import Workspace
 from .base import Operator, bad_enough, option, urgency, urgent_q
 from .run import Run
 
+# Once there are so many times the vertices, the order of the visits is stale: what was refused
+# among the worst cells may have become possible, and comes before what is left.
+STALE = 1.15
+
 
 @dataclass(frozen=True)
 class Split(Operator):
@@ -43,15 +47,22 @@ class Split(Operator):
     def sweep(self, work: Workspace, run: Run) -> None:
         if self.constrained:
             self._split_constrained(work, run)
-        cells, quality = work.changed_cells(work.since((self, "cavities")), self.limit)
+        since = work.since((self, "cavities"))
+        while self._split(work, since, run):
+            pass
+
+    def _split(self, work: Workspace, since: int, run: Run) -> bool:
+        """Visit the cells, those that changed after a sweep; whether they are to be listed anew."""
+        cells, quality = work.changed_cells(since, self.limit)
         if not len(cells):
-            return
-        max_points = work.room_for_vertices(self.max_vertices, len(cells))
+            return False
+        most = work.room_for_vertices(self.max_vertices, len(cells))
+        max_points = min(most, int(STALE * work.n_points) + 1)
         order = self.ordered(work, cells, quality)
-        how = Splitting(
-            max_points, self.least_gain, urgent_q(work, self.urgent_factor), self.first_gain
-        )
+        urgent = urgent_q(work, self.urgent_factor)
+        how = Splitting(max_points, self.least_gain, urgent, self.first_gain)
         run.visit(work, order, sweep_split, how)
+        return max_points < most and work.n_points >= max_points
 
     def _split_constrained(self, work: Workspace, run: Run) -> None:
         """Give every over-constrained entity a vertex inside (Definitions 18.8, 18.9)."""

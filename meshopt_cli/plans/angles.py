@@ -10,10 +10,14 @@ from ..passes import Pass
 from .stages import Change, Outcome, Stage
 
 # Angles may cost some of the worst Q as long as it stays within so many times the target.
+# With 1.05 one mesh of four ends 0.06 lower in the worst Q and 2 degrees lower in the least angle;
+# with 1.2 two end up to 0.12 higher, for less than half a degree.
 NEAR_TARGET = 1.1
-# By so much a q must be better than the least that is left, where the angles come first.
+# By so much a q must be better than the least that is left, where the angles come first. 1.005 and
+# 1.02 move the worst Q of one mesh of four by 0.02 and no angle.
 MARGIN = 1.01
-# Where the worst Q stays beyond so many times `ANGLE_Q`, no angle counts.
+# Where the worst Q stays beyond so many times `ANGLE_Q`, no angle counts. With 1 one mesh of four
+# loses 2 degrees; 4 changes none.
 MOST_LENIENT = 2
 
 

@@ -95,6 +95,11 @@ class Workspace:
         return int(np.count_nonzero(self.mesh.vertex_cell >= 0))
 
     @property
+    def n_points(self) -> int:
+        """Rows of the vertex arrays in use, those of vertices that vanished included."""
+        return int(self.mesh.state[N_POINTS])
+
+    @property
     def n_input_points(self) -> int:
         """Number of points the mesh came with."""
         return len(self._source.points)
@@ -250,7 +255,7 @@ class Workspace:
         """
         # Never less than the input had.
         most = int(ratio * self.bounds.n_input_points) + 1
-        self.reserve_points(min(most, int(self.mesh.state[N_POINTS]) + n_attempts))
+        self.reserve_points(min(most, self.n_points + n_attempts))
         return min(most, len(self.mesh.points))
 
     def result(self) -> tuple[Simplices, Array]:
