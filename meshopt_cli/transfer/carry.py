@@ -12,7 +12,6 @@ from functools import cached_property
 
 import numpy as np
 
-from ..kernels.search.locate import Grid, locate
 from ..mesh.cast import Simplices
 from ..mesh.model import Array, Block, Mesh, main_blocks, main_type
 from ..mesh.plane import with_depth
@@ -29,11 +28,10 @@ from ..mesh.tags import (
     regions_of,
     tags_of,
 )
+from .places import cells_at
 
 # What goes with the vertex, not with the place, and what a new vertex gets.
 VERTEX_TAGS = {REF: 0, DIM_TAGS: 0, CORNER: 0, REQUIRED: 0, NORMAL: np.nan, TANGENT: np.nan}
-
-CELLS_PER_BOX = 4  # of the control grid, on the average
 
 
 def carry(
@@ -102,50 +100,6 @@ def _with_tags_only(mesh: Mesh, tags: set[str]) -> Mesh:
     return replace(mesh, point_data=point_data, blocks=blocks)
 
 
-def find(before: Simplices, queries: Array, region: Array) -> tuple[Array, Array]:
-    """Find the cells of a mesh in which points lie.
-
-    Parameters
-    ----------
-    queries : (n, 3) float64
-        In the plane of a planar mesh, as `Simplices.points` are.
-    region : (n,) int64
-        The region to look in for each.
-
-    Returns
-    -------
-    cells : (n,) int64
-        -1 where there is no such region.
-    weights : (n, d + 1) float64
-        Barycentric coordinates, of sum 1; those of the nearest place for points outside.
-    """
-    found = np.empty(len(queries), np.int64)
-    weights = np.empty((len(queries), before.cells.shape[1]))
-    if len(queries):
-        locate(
-            before.points, before.cells, before.neighbours, before.region, control_grid(before),
-            np.ascontiguousarray(queries), np.ascontiguousarray(region), found, weights,
-        )  # fmt: skip
-    return found, weights
-
-
-def control_grid(mesh: Simplices) -> Grid:
-    """Sort the cells of a mesh into boxes by their centres."""
-    centres = mesh.points[mesh.cells].mean(axis=1)
-    low, extent = centres.min(axis=0), np.ptp(centres, axis=0)
-    longest = float(extent.max()) or 1.0
-    # A flat mesh has one layer of boxes, and no direction more boxes than there are cells.
-    wide = extent > 1e-3 * longest
-    n_boxes = max(len(centres) / CELLS_PER_BOX, 1.0)
-    share = float(np.prod(extent[wide] / longest)) / n_boxes
-    step = longest * max(share ** (1.0 / max(int(wide.sum()), 1)), 1.0 / n_boxes)
-    shape = (extent / step).astype(np.int64) + 1
-    place = np.minimum(((centres - low) / step).astype(np.int64), shape - 1)
-    box = (place[:, 0] * shape[1] + place[:, 1]) * shape[2] + place[:, 2]
-    first = np.concatenate([[0], np.cumsum(np.bincount(box, minlength=int(np.prod(shape))))])
-    return Grid(low, step, shape, first, np.argsort(box, kind="stable"))
-
-
 def _is_moved(mesh: Mesh, result: Mesh, origin: Array) -> Array:
     """Whether each point of a result is new or lies elsewhere than in the input."""
     moved = origin < 0
@@ -171,7 +125,7 @@ def _carry_point_data(
     used[after.cells] = True
     rows = np.flatnonzero(moved & used)
     places = _places(before, result, rows)
-    found, weights = find(before, places, region[rows])
+    found, weights = cells_at(before, places, region[rows])
     corners = before.cells[found]
     nearest = corners[np.arange(len(rows)), np.argmax(weights, axis=1)] if len(rows) else rows
     for name in names:
@@ -250,7 +204,7 @@ def _donors(mesh: Mesh, result: Mesh, before: Simplices, after: _Cells, origin: 
     rows = np.flatnonzero(donors < 0)
     corners = _places(before, result, after.cells[rows].ravel())
     centres = corners.reshape(len(rows), after.cells.shape[1], 3).mean(axis=1)
-    donors[rows], _ = find(before, centres, after.region[rows])
+    donors[rows], _ = cells_at(before, centres, after.region[rows])
     return donors
 
 

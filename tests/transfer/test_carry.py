@@ -16,7 +16,7 @@ from meshopt_cli.mesh.cast import cast
 from meshopt_cli.mesh.model import Block
 from meshopt_cli.mesh.plane import with_depth
 from meshopt_cli.mesh.tags import DIM_TAGS, GEOMETRICAL, MAX_LABELS, REF, with_regions
-from meshopt_cli.transfer.carry import find
+from meshopt_cli.transfer.places import cells_at
 from support.edits import halves, shaken
 from support.meshes import in_space, tet_grid, tri_grid
 from support.runs import optimized
@@ -74,7 +74,7 @@ def test_points_are_found_in_their_region(name, seed):
     homes = random.integers(len(mesh.cells), size=200)
     shares = random.dirichlet(np.ones(mesh.cells.shape[1]), len(homes))
     points = np.einsum("ij,ijk->ik", shares, mesh.points[mesh.cells[homes]])
-    found, weights = find(mesh, points, mesh.region[homes])
+    found, weights = cells_at(mesh, points, mesh.region[homes])
     assert np.array_equal(mesh.region[found], mesh.region[homes])
     assert weights.min() >= -1e-6
     again = np.einsum("ij,ijk->ik", weights, mesh.points[mesh.cells[found]])
@@ -91,7 +91,7 @@ def test_points_between_two_regions_are_found_in_the_one_asked_for():
     middle = mesh.points[facets[times == 2]].mean(axis=1)
     assert len(middle)
     for region in (0, 1):
-        found, weights = find(mesh, middle, np.full(len(middle), region))
+        found, weights = cells_at(mesh, middle, np.full(len(middle), region))
         assert np.all(mesh.region[found] == region)
         assert weights.min() >= -1e-12
 
@@ -102,7 +102,7 @@ def test_points_outside_get_the_nearest_place(name):
     low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
     corner = mesh.cells[np.argmax(mesh.points[mesh.cells].mean(axis=1).sum(axis=1))]
     far = (high + 10 * (high - low))[None]
-    found, weights = find(mesh, far, mesh.region[:1])
+    found, weights = cells_at(mesh, far, mesh.region[:1])
     assert weights.min() >= 0
     assert weights.sum() == pytest.approx(1)
     assert mesh.region[found[0]] == mesh.region[0]
@@ -111,7 +111,7 @@ def test_points_outside_get_the_nearest_place(name):
 
 
 def test_a_region_that_is_not_there():
-    found, _ = find(located("comb"), np.zeros((2, 3)), np.array([5, -1]))
+    found, _ = cells_at(located("comb"), np.zeros((2, 3)), np.array([5, -1]))
     assert found.tolist() == [-1, -1]
 
 
@@ -197,7 +197,7 @@ def test_no_value_is_invented(pair):
         centres = source.frame.flatten(centres)
     rows = np.arange(len(carried))
     donors = replace(source, cells=source.cells[carried], region=rows)
-    _, weights = find(donors, centres, rows)
+    _, weights = cells_at(donors, centres, rows)
     assert weights.min() >= -1e-9
 
 
