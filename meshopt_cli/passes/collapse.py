@@ -8,8 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..kernels.operators.collapse import Collapse as How
-from ..kernels.operators.collapse import sweep_collapse
+from ..kernels.operators.collapse import MAX_GROWTH, Collapsing, sweep_collapse
 from ..work.session import Workspace
 from .base import Operator, bad_enough, option
 from .run import Run
@@ -30,7 +29,7 @@ class Collapse(Operator):
         choices=("any", "ends"),
     )
     max_growth: float = option(
-        1.5, "longest new edge, over the longest edge of the balls it replaces",
+        MAX_GROWTH, "longest new edge, over the longest edge of the balls it replaces",
         least=0.0, most=1e3,
     )  # fmt: skip
     min_vertices: float = option(
@@ -38,7 +37,7 @@ class Collapse(Operator):
     )
 
     def sweep(self, work: Workspace, run: Run) -> None:
-        how = How(self.rule, self.least(work), self.max_growth, self.placement == "any")
+        how = Collapsing(self.rule, self.least(work), self.max_growth, self.placement == "any")
         cells, quality = work.changed_cells(work.since((self, "edges")), self.limit)
         order = self.ordered(work, cells, quality)
 

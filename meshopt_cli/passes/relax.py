@@ -8,9 +8,9 @@ from typing import ClassVar
 import numpy as np
 
 from ..kernels.operators import relocate
-from ..kernels.operators.collapse import Collapse, sweep_collapse
+from ..kernels.operators.collapse import Collapsing, sweep_collapse
 from ..kernels.operators.relax import sweep_relax
-from ..kernels.operators.swap import Swap
+from ..kernels.operators.swap import Swapping
 from ..kernels.shape.angles import angle_sums
 from ..work.session import Workspace
 from .base import Operator, option
@@ -69,7 +69,7 @@ class Relax(Operator):
         poor = (work.degrees() == work.dimension + 1) & ~work.mesh.fixed
         where, corner = np.nonzero(poor[cells])
         order = np.column_stack([rows[where], cells[where, corner]])
-        how = Collapse(self.rule, self.least_quality, self.max_growth, False)
+        how = Collapsing(self.rule, self.least_quality, self.max_growth, False)
         work.next_sweep()
         run.visit(work, order, sweep_collapse, how, len(poor))
 
@@ -77,7 +77,7 @@ class Relax(Operator):
         degree = work.degrees().astype(np.float64)
         target = target_degrees(work)
         since = work.since((self, "shells"))
-        how = Swap(self.rule, self.least_quality, False, since)
+        how = Swapping(self.rule, self.least_quality, False, since)
         rows, quality = work.changed_cells(since, self.limit)
         order = self.ordered(work, rows, quality)
         run.visit(work, order, sweep_relax, how, degree, target)

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ..kernels.operators.flip import sweep_flip
-from ..kernels.operators.swap import Swap as How
-from ..kernels.operators.swap import sweep_swap
+from ..kernels.operators.swap import Swapping, sweep_swap
 from ..work.session import Workspace
 from .base import Operator, option
 from .run import Run
@@ -27,7 +26,7 @@ class Swap(Operator):
 
     def sweep(self, work: Workspace, run: Run) -> None:
         since = work.since((self, "shells"))
-        how = How(self.rule, self.least(work), self.pick == "best", since)
+        how = Swapping(self.rule, self.least(work), self.pick == "best", since)
         sweep = sweep_swap if work.dimension == 3 else sweep_flip
         cells, quality = work.changed_cells(since, self.limit)
         order = self.ordered(work, cells, quality)

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from meshopt_cli.kernels.operators.swap import Swap, sweep_swap
+from meshopt_cli.kernels.operators.swap import Swapping, sweep_swap
 from meshopt_cli.kernels.types import N_CELLS, N_VERDICTS
 from meshopt_cli.mesh.cast import cast
 from meshopt_cli.passes import PASSES
@@ -102,7 +102,7 @@ def test_a_sweep_stops_where_there_is_no_room():
     """Before anything is done there, and goes on from there once there is some."""
     work = workspace_of(source_named("raw_ball.mesh"))
     order = work.living()
-    how = Swap(0, 0.0, False, 0)
+    how = Swapping(0, 0.0, False, 0)
     counts = np.zeros(N_VERDICTS, dtype=np.int64)
     used = int(work.mesh.state[N_CELLS])
     work.mesh.state[N_CELLS] = len(work.mesh.cells)

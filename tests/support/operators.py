@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from meshopt_cli.kernels import accept
-from meshopt_cli.kernels.operators.collapse import Collapse
+from meshopt_cli.kernels.operators.collapse import Collapsing
 from meshopt_cli.kernels.operators.relocate import Relocation
-from meshopt_cli.kernels.operators.swap import Swap
+from meshopt_cli.kernels.operators.swap import Swapping
 from meshopt_cli.kernels.shape import simplex
 from meshopt_cli.kernels.types import APPLIED, CLOCK
 from meshopt_cli.mesh import adjacency
@@ -76,7 +76,7 @@ def relocation(method, weight="quality", relaxation=0.8):
 
 def collapse(midpoint, max_growth=1.5):
     def simulate(work, ends, rule, floor):
-        how = Collapse(rule, floor, max_growth, midpoint)
+        how = Collapsing(rule, floor, max_growth, midpoint)
         return drivers.plan_collapse(work.mesh, *ends, how, work.scratch)
 
     return Operator(
@@ -113,7 +113,7 @@ FACE_REMOVAL = Operator(
 ANY_SWAP = Operator(
     lambda work: itertools.product(work.living(), range(10)),
     lambda work, place, *rule: drivers.plan_any_swap(
-        work.mesh, *place, Swap(*rule, False, 0), work.scratch
+        work.mesh, *place, Swapping(*rule, False, 0), work.scratch
     ),
     apply_swap,
 )

@@ -42,7 +42,7 @@ from ..vectors import ZERO, Vec, at, rounded, set_point, toward
 MAX_GROWTH = 1.5  # of the longest edge, where nothing else is said
 
 
-class Collapse(NamedTuple):
+class Collapsing(NamedTuple):
     """Which collapses are wanted."""
 
     rule: int
@@ -149,7 +149,7 @@ def joined_on_boundary(mesh: SimplexMesh, vertex: int, onto: int, n: int, scratc
 
 @kernel
 def simulate_collapse(
-    mesh: SimplexMesh, vertex: int, onto: int, how: Collapse, scratch: Scratch
+    mesh: SimplexMesh, vertex: int, onto: int, how: Collapsing, scratch: Scratch
 ) -> CollapsePlan:
     """Put an internal vertex on another vertex of its ball, or one of a plane on one of that."""
     in_plane = mesh.slides and mesh.guide[vertex, 0] == 2.0
@@ -178,7 +178,7 @@ def simulate_collapse(
 
 @kernel
 def simulate_midpoint_collapse(
-    mesh: SimplexMesh, vertex: int, onto: int, how: Collapse, scratch: Scratch
+    mesh: SimplexMesh, vertex: int, onto: int, how: Collapsing, scratch: Scratch
 ) -> CollapsePlan:
     """Put both ends of an edge, neither of them fixed, on the point half way between."""
     if mesh.fixed[vertex] or mesh.fixed[onto]:
@@ -265,7 +265,7 @@ def apply_collapse(mesh: SimplexMesh, plan: CollapsePlan, scratch: Scratch) -> N
 
 @kernel
 def collapse_cell(
-    mesh: SimplexMesh, cell: int, victim: int, how: Collapse, scratch: Scratch, counts: np.ndarray
+    mesh: SimplexMesh, cell: int, victim: int, how: Collapsing, scratch: Scratch, counts: np.ndarray
 ) -> int:
     """Try the edges of a cell in turn, each in its three placements.
 
@@ -304,14 +304,14 @@ def collapse_cell(
 @entry(
     group="collapse",
     example=lambda work: (
-        work.mesh, work.facets, Collapse(0, 0.0, 0.0, False), 0,
+        work.mesh, work.facets, Collapsing(0, 0.0, 0.0, False), 0,
         work.scratch, work.counts,
     ),
 )  # fmt: skip
 def sweep_collapse(
     mesh: SimplexMesh,
     order: np.ndarray,
-    how: Collapse,
+    how: Collapsing,
     most: int,
     scratch: Scratch,
     counts: np.ndarray,

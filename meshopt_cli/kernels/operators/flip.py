@@ -16,7 +16,7 @@ from ..gather.shell import is_required
 from ..journal import keep
 from ..judge import q_of_triangle
 from ..types import APPLIED, FIXED, INVALID, NOT_BETTER, Scratch, SimplexMesh
-from .swap import Swap
+from .swap import Swapping
 
 
 class FlipPlan(NamedTuple):
@@ -104,10 +104,16 @@ def apply_flip(mesh: SimplexMesh, plan: FlipPlan, scratch: Scratch) -> None:
 
 @entry(
     group="swap",
-    example=lambda work: (work.mesh, work.order, Swap(0, 0.0, False, 0), work.scratch, work.counts),
+    example=lambda work: (
+        work.mesh,
+        work.order,
+        Swapping(0, 0.0, False, 0),
+        work.scratch,
+        work.counts,
+    ),
 )
 def sweep_flip(
-    mesh: SimplexMesh, order: np.ndarray, how: Swap, scratch: Scratch, counts: np.ndarray
+    mesh: SimplexMesh, order: np.ndarray, how: Swapping, scratch: Scratch, counts: np.ndarray
 ) -> int:
     """Try the three edges of each triangle in turn; see `swap.sweep_swap`. It needs no room."""
     for i in range(order.shape[0]):

@@ -40,7 +40,7 @@ from ..types import (
 )
 from ..vectors import rounded
 from .climb import apply_relocation, simulate_climb
-from .collapse import MAX_GROWTH, Collapse, apply_collapse, simulate_collapse
+from .collapse import MAX_GROWTH, Collapsing, apply_collapse, simulate_collapse
 from .face_removal import simulate_face_removal
 from .flip import apply_flip, simulate_flip
 from .insert import Insertion, apply_insertion, grow_cavity, is_legal_cavity, starting_point
@@ -178,7 +178,9 @@ def collapse_edge(
     table = TET_EDGES if mesh.cells.shape[1] == 4 else TRI_EDGES
     vertex = mesh.cells[cell, table[way >> 1, way & 1]]
     onto = mesh.cells[cell, table[way >> 1, 1 - (way & 1)]]
-    plan = simulate_collapse(mesh, vertex, onto, Collapse(FLOOR, floor, MAX_GROWTH, False), scratch)
+    plan = simulate_collapse(
+        mesh, vertex, onto, Collapsing(FLOOR, floor, MAX_GROWTH, False), scratch
+    )
     if do and plan.verdict == APPLIED:
         apply_collapse(mesh, plan, scratch)
     return plan.verdict, plan.worst

@@ -14,7 +14,7 @@ from ..cavity import has_room
 from ..types import APPLIED, MAX_SHELL, NOT_BETTER, Scratch, SimplexMesh
 from .flip import apply_flip, simulate_flip
 from .ring import collect_triangles
-from .swap import NOT_VISITED, Swap, apply_swap, simulate_edge_removal, simulate_face_swap
+from .swap import NOT_VISITED, Swapping, apply_swap, simulate_edge_removal, simulate_face_swap
 
 
 @kernel
@@ -48,7 +48,7 @@ def relax_edge(
     mesh: SimplexMesh,
     cell: int,
     edge: int,
-    how: Swap,
+    how: Swapping,
     degree: np.ndarray,
     target: np.ndarray,
     scratch: Scratch,
@@ -71,7 +71,7 @@ def relax_face(
     mesh: SimplexMesh,
     cell: int,
     local: int,
-    how: Swap,
+    how: Swapping,
     degree: np.ndarray,
     target: np.ndarray,
     scratch: Scratch,
@@ -97,7 +97,7 @@ def relax_flip(
     mesh: SimplexMesh,
     cell: int,
     local: int,
-    how: Swap,
+    how: Swapping,
     degree: np.ndarray,
     target: np.ndarray,
     scratch: Scratch,
@@ -125,14 +125,14 @@ def relax_flip(
 @entry(
     group="relax",
     example=lambda work: (
-        work.mesh, work.order, Swap(0, 0.0, False, 0), work.vertex_values, work.vertex_values,
+        work.mesh, work.order, Swapping(0, 0.0, False, 0), work.vertex_values, work.vertex_values,
         work.scratch, work.counts,
     ),
 )  # fmt: skip
 def sweep_relax(
     mesh: SimplexMesh,
     order: np.ndarray,
-    how: Swap,
+    how: Swapping,
     degree: np.ndarray,
     target: np.ndarray,
     scratch: Scratch,
@@ -142,7 +142,7 @@ def sweep_relax(
 
     Parameters
     ----------
-    how : swap.Swap
+    how : swap.Swapping
     degree, target : (np,) float64
         Degree of each vertex, kept up to date, and what it should be.
     """

@@ -48,7 +48,7 @@ from .ring import collect_ring, put, triangulate_ring
 NOT_VISITED = -1
 
 
-class Swap(NamedTuple):
+class Swapping(NamedTuple):
     """Which swaps are wanted."""
 
     rule: int
@@ -225,7 +225,9 @@ def is_unchanged(mesh: SimplexMesh, cell: int, handle: int, since: int) -> bool:
 
 
 @kernel
-def best_swap(mesh: SimplexMesh, cell: int, how: Swap, scratch: Scratch, counts: np.ndarray) -> int:
+def best_swap(
+    mesh: SimplexMesh, cell: int, how: Swapping, scratch: Scratch, counts: np.ndarray
+) -> int:
     """Simulate the swaps of a tet's six edges and four faces.
 
     Returns
@@ -264,7 +266,7 @@ def has_lower_mean(mesh: SimplexMesh, plan: SwapPlan, scratch: Scratch) -> bool:
 
 @kernel
 def simulate_swap(
-    mesh: SimplexMesh, cell: int, handle: int, how: Swap, scratch: Scratch
+    mesh: SimplexMesh, cell: int, handle: int, how: Swapping, scratch: Scratch
 ) -> SwapPlan:
     """Simulate the swap of an edge 0..5 or of a face 6..9 of a tet."""
     if handle < 6:
@@ -278,10 +280,16 @@ def simulate_swap(
 
 @entry(
     group="swap",
-    example=lambda work: (work.mesh, work.order, Swap(0, 0.0, False, 0), work.scratch, work.counts),
+    example=lambda work: (
+        work.mesh,
+        work.order,
+        Swapping(0, 0.0, False, 0),
+        work.scratch,
+        work.counts,
+    ),
 )
 def sweep_swap(
-    mesh: SimplexMesh, order: np.ndarray, how: Swap, scratch: Scratch, counts: np.ndarray
+    mesh: SimplexMesh, order: np.ndarray, how: Swapping, scratch: Scratch, counts: np.ndarray
 ) -> int:
     """Try, for each tet in turn, its six edges, then its four faces.
 
