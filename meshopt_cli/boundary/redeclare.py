@@ -31,7 +31,7 @@ def homes(patches: Patches, worked: Simplices, origin: Array) -> Array:
     place[old] = adjacency.places_in(patches.facets, facets[old], n_points)
     patch = np.where(place >= 0, patches.patch[place], -1)
     rows = np.flatnonzero(old & (place < 0))
-    at = _patches_at(patches, np.unique(facets[rows]))
+    at = _patches_at(patches, adjacency.distinct(facets[rows]))
     for row in rows.tolist():
         # A new facet lies in the patch that all its vertices have facets in.
         common = set.intersection(*(at[vertex] for vertex in facets[row].tolist()))

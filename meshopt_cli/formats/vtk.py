@@ -9,7 +9,6 @@ spelled out as numbers.
 from __future__ import annotations
 
 import base64
-import html
 import logging
 import re
 from pathlib import Path
@@ -127,6 +126,8 @@ def read_vtu(path: Path, data: bytes, encoding: Encoding) -> Mesh:
 
 def write_vtu(path: Path, mesh: Mesh, encoding: Encoding) -> None:
     """Write a file with XML: version 0.1 has counts of 32 bits, 1.0 those of 64."""
+    import html
+
     import meshio.vtu
 
     def escaped(arrays: dict[str, Array]) -> dict[str, Array]:  # as meshio does not

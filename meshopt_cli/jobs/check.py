@@ -6,8 +6,6 @@ import glob
 import logging
 import os
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -159,6 +157,9 @@ def examine_all(
     if n_processes <= 1:
         yield from (examine(path, task) for path in paths)
         return
+    from concurrent.futures import ProcessPoolExecutor
+    from concurrent.futures.process import BrokenProcessPool
+
     pool = ProcessPoolExecutor(n_processes, initializer=set_up, initargs=(task.verbosity,))
     try:
         pending = [(path, pool.submit(examine, path, task)) for path in paths]

@@ -8,6 +8,7 @@ import numpy as np
 
 from .. import formats
 from ..formats import Source
+from ..mesh.adjacency import distinct
 from ..mesh.model import Array, Block, Mesh
 from ..mesh.plane import with_depth
 from ..validity import Group, Report
@@ -45,7 +46,7 @@ def marks(mesh: Mesh, report: Report) -> Mesh:
     ]
     blocks = []
     for block, by_code in zip(mesh.blocks, broken, strict=True):
-        rows = np.unique(np.concatenate([np.empty(0, np.int64), *by_code.values()]))
+        rows = distinct(np.concatenate([np.empty(0, np.int64), *by_code.values()]))
         cells = block.cells[rows]
         inside = (cells >= 0) & (cells < len(points))
         sound = inside.all(axis=1)
@@ -56,13 +57,13 @@ def marks(mesh: Mesh, report: Report) -> Mesh:
             data |= {CELL: rows, POINT: np.full(len(rows), -1)}
             blocks.append(Block(block.type, block.cells[rows], data))
     by_code = {group.code: _points(group) for group in report.groups}
-    tips = np.unique(np.concatenate([np.empty(0, np.int64), *by_code.values()]))
+    tips = distinct(np.concatenate([np.empty(0, np.int64), *by_code.values()]))
     tips = tips[finite[tips]]
     if len(tips):
         data = _arrays({code: np.isin(tips, own) for code, own in by_code.items()})
         data |= {CELL: np.full(len(tips), -1), POINT: tips}
         blocks.append(Block("vertex", tips[:, None], data))
-    used = np.unique(np.concatenate([np.empty(0, np.int64), *(b.cells.ravel() for b in blocks)]))
+    used = distinct(np.concatenate([np.empty(0, np.int64), *(b.cells.ravel() for b in blocks)]))
     number = np.full(len(points), -1)
     number[used] = np.arange(len(used))
     for block in blocks:

@@ -129,7 +129,7 @@ def cast(mesh: Mesh) -> Simplices:
         if turned:
             cells = np.ascontiguousarray(cells[:, TURNED])
     fixed = np.zeros(len(points), dtype=bool)
-    vertices = np.unique(declared(mesh, "vertex"))
+    vertices = adjacency.distinct(declared(mesh, "vertex"))
     # A file that declares every vertex (as Mmg writes them) says nothing by it.
     if len(vertices) < np.count_nonzero(used):
         fixed[vertices] = True

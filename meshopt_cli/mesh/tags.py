@@ -31,7 +31,7 @@ def is_tag(name: str, arrays: list[Array]) -> bool:
     """Whether an array, given block by block, tells regions of the cells apart."""
     if name in FLAGS or not all(is_whole(a) for a in arrays):
         return False
-    return name in TAG_NAMES or len(np.unique(np.concatenate(arrays))) <= MAX_LABELS
+    return name in TAG_NAMES or len(adjacency.distinct(np.concatenate(arrays))) <= MAX_LABELS
 
 
 def tags_of(blocks: list[Block], regions: tuple[str, ...] | None = None) -> dict[str, Array]:

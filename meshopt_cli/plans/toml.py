@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
-import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -19,6 +17,8 @@ def read_toml(path: Path) -> dict[str, Any]:
     ConfigError
         It cannot be read, or is not TOML.
     """
+    import tomllib
+
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
@@ -60,6 +60,8 @@ def nearest_table(
 
 def hint(key: str, known: Iterable[str]) -> str:
     """What the writer of an unknown key may have meant, to follow what is said of it."""
+    import difflib
+
     choices = list(known)
     close = difflib.get_close_matches(key, choices, 1)
     return f": did you mean {close[0]!r}?" if close else f"; known are {', '.join(choices)}"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..cells import FAMILIES, SIMPLICES
-from ..mesh.adjacency import distinct_rows, first_of, row_ids
+from ..mesh.adjacency import distinct, distinct_rows, first_of, row_ids
 from ..mesh.model import Array
 from ..mesh.sizes import contents, flux
 from . import geometry
@@ -98,7 +98,7 @@ def _skin(chosen: list[tuple[FacetSet, Array]]) -> Skin:
 def sides_of(skin: Skin, n_points: int, dimension: int) -> Sides:
     """The sides of facets, matched."""
     facet, local, first, second = [], [], [], []
-    for width in np.unique(skin.width).tolist():
+    for width in distinct(skin.width).tolist():
         rows = np.flatnonzero(skin.width == width)
         corners = skin.rows[rows, :width]
         for k in range(width):
@@ -156,7 +156,7 @@ def missing_cells(
         rows = order[ends[piece] - n_facets[piece] : ends[piece]]
         widths = {int(w): int(n) for w, n in zip(*np.unique(skin.width[rows], return_counts=True),
                                                  strict=True)}  # fmt: skip
-        n_vertices = len(np.unique(skin.rows[rows][skin.rows[rows] >= 0]))
+        n_vertices = len(distinct(skin.rows[rows][skin.rows[rows] >= 0]))
         fits = any(
             widths == facets and n_vertices == FAMILIES[name].n_corners
             for name, facets in VOIDS.items()
@@ -223,7 +223,7 @@ def enclosed(study: Study, skin: Skin) -> float:
     """Volume, or area in the plane, that facets enclose, by the divergence theorem."""
     points = study.centred
     total = 0.0
-    for width in np.unique(skin.width).tolist():
+    for width in distinct(skin.width).tolist():
         total += float(flux(points[skin.rows[skin.width == width, :width]]).sum())
     return total
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..cells import FAMILIES
-from ..mesh.adjacency import row_ids
+from ..mesh.adjacency import distinct, row_ids
 from ..mesh.model import Array
 from ..mesh.sizes import norms
 from .boxes import around, bounding
@@ -98,7 +98,7 @@ def _halves(study: Study, first: Array) -> Pairs:
 def boundary_vertices(study: Study, first: Array) -> Array:
     """Vertices of the facets that bound one cell only, one for each place."""
     rows = [first[facets.rows[facets.alone()]].ravel() for facets in study.facet_sets]
-    return np.unique(np.concatenate([np.empty(0, dtype=np.int64), *rows]))
+    return distinct(np.concatenate([np.empty(0, dtype=np.int64), *rows]))
 
 
 def boundary_facets(study: Study, facets: FacetSet, first: Array, dropped: Array) -> Pairs:

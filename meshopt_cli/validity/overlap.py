@@ -9,7 +9,6 @@ different sides of a plane: one normal to a facet of theirs, or parallel to an e
 from __future__ import annotations
 
 from collections.abc import Iterator
-from fractions import Fraction
 
 import numpy as np
 
@@ -371,6 +370,8 @@ def exactly_separated(one: Array, other: Array, tables: tuple[Pairs, Pairs]) -> 
     tables : pair of (triangles, edges)
         From `axes_of`.
     """
+    from fractions import Fraction
+
     a = np.array([[Fraction(x) for x in row] for row in one.tolist()])
     b = np.array([[Fraction(x) for x in row] for row in other.tolist()])
     for how in _directions(len(a), tables):

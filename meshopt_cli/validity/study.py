@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..cells import FAMILIES, SIMPLICES, Family, dimension_of, family_of
-from ..mesh.adjacency import row_ids
+from ..mesh.adjacency import distinct, row_ids
 from ..mesh.model import Array, Block, Mesh, top_blocks
 from ..mesh.plane import plane_of, precision_of
 from ..mesh.sizes import contents
@@ -324,4 +324,4 @@ def _in_doubt(cells: Array) -> Array:
     total = mixed.sum(axis=1)
     order = np.argsort(total, kind="stable")
     same = np.flatnonzero(np.diff(total[order]) == 0)
-    return np.unique(np.concatenate([order[same], order[same + 1]]))
+    return distinct(np.concatenate([order[same], order[same + 1]]))

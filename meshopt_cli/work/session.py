@@ -118,7 +118,7 @@ class Workspace:
 
     def movable(self, cells: Array) -> Array:
         """Vertices of some cells that are not fixed, ascending."""
-        vertices = np.unique(self.mesh.cells[cells])
+        vertices = adjacency.distinct(self.mesh.cells[cells])
         return vertices[~self.mesh.fixed[vertices]]
 
     def degrees(self) -> Array:

@@ -114,7 +114,7 @@ def _fixed(source: Simplices, origin: Array, number: Array) -> Array:
 def _required(source: Simplices, number: Array, patches: Patches | None) -> Array:
     """Sorted keys of the edges that must stay."""
     edges = source.edges if patches is None else np.concatenate([source.edges, patches.ridges])
-    return np.unique(adjacency.row_keys(number[edges], len(number)))
+    return adjacency.distinct(adjacency.row_keys(number[edges], len(number)))
 
 
 def with_room_for_cells(mesh: SimplexMesh) -> SimplexMesh:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...cells import FAMILIES
+from ...mesh.adjacency import distinct
 from ...mesh.model import Array
 from ..examination import Examination
 from ..model import WARNING, Places, at_cells, rule
@@ -96,9 +97,9 @@ def _boundary_edges(study: Examination) -> Array:
     """Keys of the edges in the boundary: the least vertex times their number, and the other."""
     skin = study.domain.skin
     keys = [np.empty(0, np.int64)]
-    for width in np.unique(skin.width).tolist():
+    for width in distinct(skin.width).tolist():
         rows = skin.rows[skin.width == width, :width]
         for k in range(width):
             pair = np.sort(rows[:, [k, (k + 1) % width]], axis=1)
             keys.append(pair[:, 0] * study.n_points + pair[:, 1])
-    return np.unique(np.concatenate(keys))
+    return distinct(np.concatenate(keys))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...cells import dimension_of, family_of
-from ...mesh.adjacency import row_ids
+from ...mesh.adjacency import distinct, row_ids
 from ...mesh.model import Array
 from ...mesh.tags import combinations, tags_of
 from .. import boundary
@@ -169,7 +169,7 @@ def find_missing(study: Examination) -> Places:
         return _nowhere()
     cells = np.full((len(study.domain.missing), 4), -1)
     for row, around in enumerate(study.domain.missing):
-        near = np.unique(around)[:4]
+        near = distinct(around)[:4]
         cells[row, : len(near)] = near
     message = "a cell is missing in the void that the cell bounds"
     return at_cells(study, cells[:, 0], message, others=cells[:, 1:])

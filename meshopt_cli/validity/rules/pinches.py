@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...mesh.adjacency import distinct_rows, first_of
+from ...mesh.adjacency import distinct, distinct_rows, first_of
 from ...mesh.model import Array
 from .. import boundary
 from ..examination import Examination
@@ -136,6 +136,6 @@ def _moot(study: Examination) -> Array:
     crowd = boundary.crowd_of(study)
     cells = np.concatenate([owners, *study.cracks, crowd.owners, *study.disagreeing])
     cells = np.concatenate([cells, np.flatnonzero(study.explained)])
-    corners = study.corners_of(np.unique(cells))
+    corners = study.corners_of(distinct(cells))
     moot[corners[corners >= 0]] = True
     return moot
