@@ -30,13 +30,14 @@ Array = np.ndarray
 
 # The groups of kernels, and how long they take to compile, in any unit; the longest first.
 GROUPS: dict[str, float] = {
-    "mend": 25,
-    "split": 11,
-    "relax": 7,
-    "basic": 5,
-    "collapse": 5,
-    "swap": 5,
-    "relocation": 4,
+    "mend": 15,
+    "split": 3,
+    "constrained": 3,
+    "relax": 3,
+    "basic": 2.5,
+    "collapse": 2.5,
+    "swap": 2.5,
+    "relocation": 2,
     "check": 1,
 }
 

@@ -179,12 +179,15 @@ def neighbours(cells: Array, region: Array, n_points: int, cuts: Array | None = 
     order = np.argsort(ids)
     ids = ids[order]
     same = np.concatenate([[False], ids[1:] == ids[:-1], [False]])
-    # A pair is a run of exactly two equal ids.
-    first = np.flatnonzero(same[1:-1] & ~same[:-2] & ~same[2:])
-    result = np.full(n_cells * width, OUTER, dtype=np.int64)
-    result[order[same[1:] | same[:-1]]] = INTERFACE
+    # A pair is a run of exactly two equal ids; in a longer one, cells crowd at the facet.
+    is_pair = same[1:-1] & ~same[:-2] & ~same[2:]
+    crowd = np.flatnonzero(same[1:-1] & ~is_pair)
+    first = np.flatnonzero(is_pair)
     one, other = order[first], order[first + 1]
     is_inside = region[one // width] == region[other // width]
+    result = np.full(n_cells * width, OUTER, dtype=np.int64)
+    for rows in (order[crowd], order[crowd + 1], one[~is_inside], other[~is_inside]):
+        result[rows] = INTERFACE
     one, other, ids = one[is_inside], other[is_inside], ids[first][is_inside]
     result[one] = 4 * (other // width) + other % width
     result[other] = 4 * (one // width) + one % width

@@ -78,7 +78,7 @@ class Pass:
 
     name: ClassVar[str] = ""
     summary: ClassVar[str] = ""
-    kernels: ClassVar[tuple[str, ...]] = ()  # groups that are compiled before it runs
+    kernels: ClassVar[tuple[str, ...]] = ()  # groups that its sweeps may call
     mends_tangles: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
@@ -105,6 +105,10 @@ class Pass:
         if not metadata["choices"] and not least <= value <= most:
             limits = f"from {least:.10g} to {most:.10g}"
             raise ConfigError(f"{shown}: {value} is out of range, must be {limits}")
+
+    def needed_kernels(self) -> tuple[str, ...]:
+        """Groups of kernels that are compiled before it runs, with these options."""
+        return self.kernels
 
     def run(
         self, work: Workspace, observer: Observer = SILENT, budget: Budget = UNLIMITED

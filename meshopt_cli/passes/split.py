@@ -24,7 +24,7 @@ class Split(Operator):
 
     name: ClassVar[str] = "split"
     summary: ClassVar[str] = "adds vertices where nothing else mends a cell (18.4)"
-    kernels: ClassVar[tuple[str, ...]] = ("split",)
+    kernels: ClassVar[tuple[str, ...]] = ("split", "constrained")
 
     worse_than: float = bad_enough(3.0, "cells whose Q is above")
     accept: str = option("strict", "the worst Q of the cavity must fall", choices=("strict",))
@@ -43,6 +43,9 @@ class Split(Operator):
         "boundary, as long as this part of the quality is left; 0: do not",
         least=0.0, most=1.0,
     )  # fmt: skip
+
+    def needed_kernels(self) -> tuple[str, ...]:
+        return self.kernels if self.constrained else self.kernels[:1]
 
     def sweep(self, work: Workspace, run: Run) -> None:
         if self.constrained:

@@ -60,7 +60,9 @@ class Plan:
     def kernels(self) -> list[str]:
         """Groups of kernels that a run needs."""
         passes = self.pipeline.passes()
-        return list(dict.fromkeys(("basic", *(group for p in passes for group in p.kernels))))
+        return list(
+            dict.fromkeys(("basic", *(group for p in passes for group in p.needed_kernels())))
+        )
 
 
 def plan_for(request: Request, dimension: int = 3) -> Plan:

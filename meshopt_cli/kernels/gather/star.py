@@ -26,6 +26,7 @@ from ..shape.simplex import (
     ASPECT_RATIO,
     tet_aspect_ratio,
     tet_bounded_aspect_ratio,
+    tet_bounded_quality,
     tri_aspect_ratio,
 )
 from ..types import Judge, Scratch, SimplexMesh
@@ -72,7 +73,7 @@ def edge_to(star: np.ndarray, k: int, i: int, p: Vec) -> Vec:
     return Vec(star[3 * k, i] + t * p.x, star[3 * k + 1, i] + t * p.y, star[3 * k + 2, i] + t * p.z)
 
 
-@inlined
+@kernel
 def general_quality(mesh: SimplexMesh, i: int, p: Vec, scratch: Scratch) -> float:
     """q of the i-th cell of the star, by any measure, with its point at p."""
     star = scratch.star
@@ -94,7 +95,7 @@ def star_quality(mesh: SimplexMesh, i: int, p: Vec, scratch: Scratch) -> float:
     b = corner(star, 1, i)
     c = corner(star, 2, i)
     if mesh.judge.lenience > 0.0:
-        return tet_bounded_aspect_ratio(mesh.judge.lenience, a, b, c, p)
+        return tet_bounded_quality(mesh.judge, a, b, c, p)
     return tet_aspect_ratio(a, b, c, p)
 
 

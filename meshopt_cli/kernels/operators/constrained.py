@@ -7,6 +7,7 @@ solver no unknown inside, and the optimizer no vertex to move. A new vertex in i
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -33,6 +34,17 @@ from .climb import climb
 from .insert import Insertion, apply_insertion, enclose
 
 NOTHING = -1  # no constrained entity there
+
+
+class Place(NamedTuple):
+    """Where a new vertex may start, with the cells that go in `scratch.cavity`."""
+
+    verdict: int  # APPLIED where it may
+    n_cells: int
+    position: Vec
+
+
+NOWHERE = Place(NOTHING, 0, ZERO)
 
 
 @kernel
@@ -80,85 +92,66 @@ def middle(mesh: SimplexMesh, cell: int, omitted: int, other: int) -> Vec:
 
 
 @kernel
-def refused(verdict: int) -> Insertion:
-    """The plan of a split that is not to be carried out."""
-    return Insertion(verdict, 0, 0, ZERO, 0.0)
-
-
-@kernel
-def simulate_star(mesh: SimplexMesh, n: int, p: Vec, keep: float, scratch: Scratch) -> Insertion:
-    """Star the first n cells of `scratch.cavity` from a vertex that climbs from p."""
-    before = math.inf
-    for i in range(n):
-        before = min(before, mesh.quality[scratch.cavity[i]])
-    n_facets = enclose(mesh, n, scratch)
-    p, worst = climb(mesh, scratch.ball, n_facets, rounded(mesh, p), FREE, scratch)
-    if worst <= 0.0:
-        return Insertion(INVALID, n, n_facets, p, worst)
-    if worst < keep * before:
-        return Insertion(NOT_BETTER, n, n_facets, p, worst)
-    if not has_room(mesh, n_facets):
-        return Insertion(FULL, n, n_facets, p, worst)
-    return Insertion(APPLIED, n, n_facets, p, worst)
-
-
-@kernel
-def simulate_edge_split(
-    mesh: SimplexMesh,
-    cell: int,
-    edge: int,
-    on_boundary: np.ndarray,
-    keep: float,
-    scratch: Scratch,
-) -> Insertion:
-    """Simulate a new vertex in an internal edge of a tet: its cavity is the shell."""
+def around_constrained_edge(
+    mesh: SimplexMesh, cell: int, edge: int, on_boundary: np.ndarray, scratch: Scratch
+) -> Place:
+    """A new vertex in an internal edge of a tet: its shell goes."""
     c = TET_EDGES[edge, 2]
     d = TET_EDGES[edge, 3]
     if not all_on(mesh, on_boundary, cell, c, d):
-        return refused(NOTHING)
+        return NOWHERE
     n = around_edge(mesh, cell, edge, scratch)
     if n == 0:
-        return refused(NOTHING)
+        return NOWHERE
     if n > MAX_SHELL:
-        return refused(TOO_LARGE)
+        return Place(TOO_LARGE, 0, ZERO)
     a = mesh.cells[cell, TET_EDGES[edge, 0]]
     b = mesh.cells[cell, TET_EDGES[edge, 1]]
     if is_required(mesh, a, b):
-        return refused(FIXED)
-    return simulate_star(mesh, n, middle(mesh, cell, c, d), keep, scratch)
+        return Place(FIXED, 0, ZERO)
+    return Place(APPLIED, n, middle(mesh, cell, c, d))
 
 
 @kernel
-def simulate_facet_split(
-    mesh: SimplexMesh,
-    cell: int,
-    local: int,
-    on_boundary: np.ndarray,
-    keep: float,
-    scratch: Scratch,
-) -> Insertion:
-    """Simulate a new vertex in an internal facet, an edge in the plane: both its cells go."""
+def across_constrained_facet(
+    mesh: SimplexMesh, cell: int, local: int, on_boundary: np.ndarray, scratch: Scratch
+) -> Place:
+    """A new vertex in an internal facet, an edge in the plane: both its cells go."""
     beyond = mesh.neighbours[cell, local]
     if beyond < 0 or not all_on(mesh, on_boundary, cell, local, -1):
-        return refused(NOTHING)
+        return NOWHERE
     if mesh.cells.shape[1] == 3 and is_required(
         mesh, mesh.cells[cell, TRI_FACETS[local, 0]], mesh.cells[cell, TRI_FACETS[local, 1]]
     ):
-        return refused(FIXED)
+        return Place(FIXED, 0, ZERO)
     scratch.cavity[0] = cell
     scratch.cavity[1] = beyond >> 2
-    return simulate_star(mesh, 2, middle(mesh, cell, local, -1), keep, scratch)
+    return Place(APPLIED, 2, middle(mesh, cell, local, -1))
 
 
 @kernel
-def simulate_cell_split(
-    mesh: SimplexMesh, cell: int, on_boundary: np.ndarray, keep: float, scratch: Scratch
-) -> Insertion:
-    """Simulate a new vertex inside a cell."""
+def inside_constrained_cell(
+    mesh: SimplexMesh, cell: int, on_boundary: np.ndarray, scratch: Scratch
+) -> Place:
+    """A new vertex inside a cell."""
     if not all_on(mesh, on_boundary, cell, -1, -1):
-        return refused(NOTHING)
+        return NOWHERE
     scratch.cavity[0] = cell
-    return simulate_star(mesh, 1, middle(mesh, cell, -1, -1), keep, scratch)
+    return Place(APPLIED, 1, middle(mesh, cell, -1, -1))
+
+
+@kernel
+def place_in_entity(
+    mesh: SimplexMesh, cell: int, entity: int, on_boundary: np.ndarray, scratch: Scratch
+) -> Place:
+    """Where a new vertex may start in an entity of a cell; see `simulate_constrained_split`."""
+    width = mesh.cells.shape[1]
+    n_edges = 6 if width == 4 else 0
+    if entity < n_edges:
+        return around_constrained_edge(mesh, cell, entity, on_boundary, scratch)
+    if entity < n_edges + width:
+        return across_constrained_facet(mesh, cell, entity - n_edges, on_boundary, scratch)
+    return inside_constrained_cell(mesh, cell, on_boundary, scratch)
 
 
 @kernel
@@ -185,17 +178,25 @@ def simulate_constrained_split(
     plan : insert.Insertion
         Its verdict is NOTHING where there is no such entity.
     """
-    width = mesh.cells.shape[1]
-    n_edges = 6 if width == 4 else 0
-    if entity < n_edges:
-        return simulate_edge_split(mesh, cell, entity, on_boundary, keep, scratch)
-    if entity < n_edges + width:
-        return simulate_facet_split(mesh, cell, entity - n_edges, on_boundary, keep, scratch)
-    return simulate_cell_split(mesh, cell, on_boundary, keep, scratch)
+    verdict, n, start = place_in_entity(mesh, cell, entity, on_boundary, scratch)
+    if verdict != APPLIED:
+        return Insertion(verdict, 0, 0, start, 0.0)
+    before = math.inf
+    for i in range(n):
+        before = min(before, mesh.quality[scratch.cavity[i]])
+    n_facets = enclose(mesh, n, scratch)
+    p, worst = climb(mesh, scratch.ball, n_facets, rounded(mesh, start), FREE, scratch)
+    if worst <= 0.0:
+        return Insertion(INVALID, n, n_facets, p, worst)
+    if worst < keep * before:
+        return Insertion(NOT_BETTER, n, n_facets, p, worst)
+    if not has_room(mesh, n_facets):
+        return Insertion(FULL, n, n_facets, p, worst)
+    return Insertion(APPLIED, n, n_facets, p, worst)
 
 
 @entry(
-    group="split",
+    group="constrained",
     example=lambda work: (
         work.mesh, work.order, work.mesh.fixed, 0.0, 0, work.scratch, work.counts,
     ),
