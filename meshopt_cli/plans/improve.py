@@ -14,6 +14,7 @@ from ..boundary.patches import Patches
 from ..kernels.types import Judge
 from ..mesh.cast import Simplices
 from ..passes import Observer
+from ..work.bounds import Bounds
 from ..work.session import Workspace
 from .pipeline import Pipeline
 from .stages import Line
@@ -48,6 +49,7 @@ def improve(
     target: float = 1.0,
     patches: Patches | None = None,
     observer: Observer | None = None,
+    bounds: Bounds | None = None,
 ) -> Worked:
     """Run a pipeline over simplices; these are left as they are.
 
@@ -57,12 +59,18 @@ def improve(
         Q of the best cell that the worst facet of the boundary allows; 1 when that is not known.
     patches : Patches, optional
         Where vertices of the boundary may move.
+    bounds : Bounds, optional
+        What the passes hold it against, where it is a part of a larger mesh; itself without.
 
     Raises
     ------
     InvariantError
         An operator broke the mesh.
     """
-    outcome = pipeline.run(Workspace(part, judge, target, patches=patches), observer)
+    work = Workspace(part, judge, target, patches=patches)
+    if bounds is not None:
+        work.bounds = bounds
+    outcome = pipeline.run(work, observer)
+    del work  # the outcome may have gone back to another one, and both take memory
     better, origin = outcome.work.result()
     return Worked(better, origin, tuple(outcome.lines), outcome.stopped)
