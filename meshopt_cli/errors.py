@@ -7,8 +7,8 @@ command line is a bug of ours and ends with `EXIT_INVARIANT`.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -65,6 +65,27 @@ class InvariantError(MeshoptError):
     """A promise of this tool broke: nothing is written."""
 
     exit_status = EXIT_INVARIANT
+
+
+Row = TypeVar("Row")
+
+
+def chosen(table: Mapping[str, Row], name: str, what: str) -> Row:
+    """The row of a table that a user names.
+
+    Parameters
+    ----------
+    what : str
+        What its rows are: "preset", "measure".
+
+    Raises
+    ------
+    ConfigError
+        There is none of this name: the message lists those that there are.
+    """
+    if name not in table:
+        raise ConfigError(f"no {what} {name!r}: choose one of {', '.join(table)}")
+    return table[name]
 
 
 @contextlib.contextmanager

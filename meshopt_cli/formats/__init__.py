@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import ConfigError, ReadError, WriteError
+from ..errors import ConfigError, ReadError, WriteError, chosen
 from ..mesh.model import Array, Block, Mesh
 from .atomic import target_of
 from .numbering import Numbering, numbering
@@ -97,7 +97,7 @@ def read(path: Path, file_format: str | None = None) -> tuple[Mesh, Source]:
         With one line that says what is wrong with which file.
     """
     path = Path(path)
-    wanted = None if file_format is None else _row(file_format)
+    wanted = None if file_format is None else chosen(FORMATS, file_format, "format")
     data, digest = _contents(path)
     encoding = _sniff(path, data[:HEAD], wanted)
     row = FORMATS[encoding.format]
@@ -151,7 +151,7 @@ def encoding_for(
 
 def _encoding_for(path: Path, source: Encoding | None, file_format: str | None) -> Encoding:
     if file_format is not None:
-        row = _row(file_format)
+        row = chosen(FORMATS, file_format, "format")
     elif path == PIPE and source is not None:
         row = FORMATS[source.format]
     else:
@@ -216,12 +216,6 @@ def _contents(path: Path, size: int = -1) -> tuple[bytes, str]:
         return contents(path, size)
     except OSError as error:
         raise ReadError(f"{path}: cannot be read: {_reason(error)}") from error
-
-
-def _row(file_format: str) -> Format:
-    if file_format not in FORMATS:
-        raise ConfigError(f"no format {file_format!r}: choose one of {', '.join(FORMATS)}")
-    return FORMATS[file_format]
 
 
 def require_place(path: Path) -> None:

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from ..errors import ConfigError
+from ..errors import chosen
 from ..kernels.shape.angles import ANGLE_Q
 from ..passes import Pass
 from ..passes.check import Check
@@ -212,6 +212,4 @@ def preset_named(name: str) -> Preset:
     ConfigError
         There is none: the message lists them.
     """
-    if name not in PRESETS:
-        raise ConfigError(f"no preset {name!r}: choose one of {', '.join(PRESETS)}")
-    return PRESETS[name]
+    return chosen(PRESETS, name, "preset")

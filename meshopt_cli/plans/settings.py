@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import fields, replace
 from typing import Any
 
-from ..errors import ConfigError
+from ..errors import ConfigError, chosen
 from ..passes import PASSES, Pass
 from .pipeline import Pipeline
 from .stages import Change
@@ -34,9 +34,7 @@ def pass_named(name: str) -> type[Pass]:
     ConfigError
         There is none: the message lists them.
     """
-    if name not in PASSES:
-        raise ConfigError(f"no pass {name!r}: choose one of {', '.join(PASSES)}")
-    return PASSES[name]
+    return chosen(PASSES, name, "pass")
 
 
 def with_settings(pipeline: Pipeline, settings: Iterable[str]) -> Pipeline:

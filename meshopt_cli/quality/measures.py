@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..cells import FAMILIES, SIMPLICES
-from ..errors import ConfigError
+from ..errors import chosen
 from ..mesh.model import Array
 from ..mesh.sizes import chunks, unfolded
 from . import formulas
@@ -192,9 +192,7 @@ def measure_named(name: str) -> Measure:
     ConfigError
         There is none: the message lists them.
     """
-    if name not in QUALITIES:
-        raise ConfigError(f"no measure {name!r}: choose one of {', '.join(QUALITIES)}")
-    return QUALITIES[name]
+    return chosen(QUALITIES, name, "measure")
 
 
 def cell_quality(points: Array, cells: Array, measure: Measure) -> Array:
