@@ -199,7 +199,13 @@ def neighbours(cells: Array, region: Array, n_points: int, cuts: Array | None = 
 
 def boundary_facets(cells: Array, beyond: Array) -> Array:
     """Facets without a neighbour, (n, d), turned as their cells turn them."""
-    return facets(cells)[beyond.ravel() < 0]
+    return facets_at(cells, beyond < 0)
+
+
+def facets_at(cells: Array, chosen: Array) -> Array:
+    """The facets that a mask (ne, d + 1) chooses, (n, d), in the order of `facets`."""
+    cell, local = np.nonzero(chosen)
+    return cells[cell[:, None], facet_table(cells)[local]]
 
 
 def edges_of_triangles(triangles: Array) -> Array:

@@ -67,10 +67,16 @@ def improve(
     InvariantError
         An operator broke the mesh.
     """
+    # No name holds the working mesh here: the run may go back to a copy, and let go of it.
+    outcome = pipeline.run(_workspace(part, judge, target, patches, bounds), observer)
+    better, origin = outcome.work.result()
+    return Worked(better, origin, tuple(outcome.lines), outcome.stopped)
+
+
+def _workspace(
+    part: Simplices, judge: Judge, target: float, patches: Patches | None, bounds: Bounds | None
+) -> Workspace:
     work = Workspace(part, judge, target, patches=patches)
     if bounds is not None:
         work.bounds = bounds
-    outcome = pipeline.run(work, observer)
-    del work  # the outcome may have gone back to another one, and both take memory
-    better, origin = outcome.work.result()
-    return Worked(better, origin, tuple(outcome.lines), outcome.stopped)
+    return work

@@ -59,6 +59,7 @@ class Pipeline:
         """
         outcome = Outcome(work, observer or SILENT, Budget.of(self.time_limit))
         untouched, before = work.copy(), work.standing()
+        del work  # held by the outcome, until that goes back to a copy
         try:
             for stage in self.stages:
                 stage.run(outcome)

@@ -134,10 +134,10 @@ class Workspace:
             Count those where the mesh ends only, not interfaces and declared facets.
         """
         rows = self.living()
-        beyond = self.mesh.neighbours[rows].ravel()
-        facets = adjacency.facets(self.mesh.cells[rows])
-        chosen = facets[beyond == OUTER if outer else beyond < 0]
-        return np.bincount(chosen.ravel(), minlength=len(self.mesh.points))
+        beyond = self.mesh.neighbours[rows]
+        chosen = beyond == OUTER if outer else beyond < 0
+        facets = adjacency.facets_at(self.mesh.cells[rows], chosen)
+        return np.bincount(facets.ravel(), minlength=len(self.mesh.points))
 
     # How good it is ------------------------------------------------------------------
 
