@@ -25,12 +25,9 @@ def homes(patches: Patches, worked: Simplices, origin: Array) -> Array:
         The point of the input that each point of `worked` was, -1 for a new one.
     """
     facets = origin[worked.outer]
-    old = facets.min(axis=1, initial=0) >= 0
-    place = np.full(len(facets), -1)
-    n_points = len(patches.guide)
-    place[old] = adjacency.places_in(patches.facets, facets[old], n_points)
+    place = _unchanged(patches, facets)
     patch = np.where(place >= 0, patches.patch[place], -1)
-    rows = np.flatnonzero(old & (place < 0))
+    rows = np.flatnonzero((place < 0) & (facets >= 0).all(axis=1))
     at = _patches_at(patches, adjacency.distinct(facets[rows]))
     for row in rows.tolist():
         # A new facet lies in the patch that all its vertices have facets in.
@@ -40,6 +37,18 @@ def homes(patches: Patches, worked: Simplices, origin: Array) -> Array:
             middle = worked.points[worked.outer[row]].mean(axis=0)
             patch[row] = _patch_around(patches, middle, sorted(common))
     return patch
+
+
+def _unchanged(patches: Patches, facets: Array) -> Array:
+    """The facet before the work that each of some is still, -1 for a new one, (n,) int64.
+
+    Parameters
+    ----------
+    facets : (n, d) int64
+        In the points of the input, -1 for new points.
+    """
+    place = adjacency.places_in(patches.facets, np.maximum(facets, 0), len(patches.points))
+    return np.where((facets >= 0).all(axis=1), place, -1)
 
 
 def _patch_around(patches: Patches, place: Array, candidates: list[int]) -> int:
@@ -84,9 +93,8 @@ def redeclared(
     """
     patch = homes(patches, worked, origin)
     facets = worked.outer
-    was = origin[facets]
-    place = adjacency.places_in(patches.facets, np.maximum(was, 0), len(mesh.points))
-    kept = (place >= 0) & (was >= 0).all(axis=1)
+    place = _unchanged(patches, origin[facets])
+    kept = place >= 0
     gone = np.setdiff1d(patches.declared[patches.declared >= 0], patches.declared[place[kept]])
     template = np.full(len(patches.facets), -1)
     has = np.flatnonzero(patches.declared >= 0)
