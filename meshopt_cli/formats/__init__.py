@@ -41,24 +41,19 @@ class Source:
     encoding : Encoding
     sha256 : str
         Of the bytes of the file, in hexadecimal.
+    lost : tuple of str
+        What of the file is not in the mesh.
     """
 
     path: Path
     encoding: Encoding
     sha256: str
+    lost: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class Written(Source):
-    """The file that a mesh was written to.
-
-    Attributes
-    ----------
-    lost : tuple of str
-        What of the mesh its format cannot hold.
-    """
-
-    lost: tuple[str, ...] = ()
+    """The file that a mesh was written to; `lost` is what of the mesh its format cannot hold."""
 
 
 def sniff(path: Path) -> Encoding:
@@ -88,6 +83,7 @@ def read(path: Path, file_format: str | None = None) -> tuple[Mesh, Source]:
         Its arrays are C-contiguous, in native order, and may be written to. Vertex
         numbers may be out of range, and points not finite: `check` looks for that.
     source : Source
+        What of the file is not in the mesh is warned of, too.
 
     Raises
     ------
@@ -104,13 +100,17 @@ def read(path: Path, file_format: str | None = None) -> tuple[Mesh, Source]:
     try:
         # numpy stops where a NaN stands for an integer
         with np.errstate(invalid="raise"), as_file(path, data) as plain:
-            mesh = _owned(row.read(plain, data, encoding))
+            mesh, dropped = row.read(plain, data, encoding)
+            mesh = _owned(mesh)
     except (Exception, SystemExit) as error:  # meshio raises anything
         reason = _one_line(error)
         if not isinstance(error, UnreadableError):
             reason = f"truncated or malformed ({reason})"
         raise ReadError(f"{path}: not a readable {row.title} file: {reason}") from error
-    return mesh, Source(path, encoding, digest)
+    lost = tuple(dict.fromkeys(dropped))
+    if lost:
+        log.warning("%s: dropped on reading: %s", path, ", ".join(lost))
+    return mesh, Source(path, encoding, digest, lost)
 
 
 def encoding_for(

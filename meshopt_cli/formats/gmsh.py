@@ -31,14 +31,12 @@ from .text import lines
 if TYPE_CHECKING:
     from meshio import CellBlock
 
-log = logging.getLogger("meshopt")
-
 VIEW_WIDTHS = (1, 3, 9)  # components of a value in a view
 _SECTION = re.compile(rb"^\$(\w+)[ \t]*\r?\n", re.MULTILINE)
 
 
-def read(path: Path, data: bytes, encoding: Encoding) -> Mesh:
-    """Read a mesh.
+def read(path: Path, data: bytes, encoding: Encoding) -> tuple[Mesh, list[str]]:
+    """Read a mesh, and what of its file is left out.
 
     Points are in the order of their numbers in the file. An element that names a node which
     is not there has a number out of range in its place. Views become arrays under their
@@ -49,8 +47,8 @@ def read(path: Path, data: bytes, encoding: Encoding) -> Mesh:
     text, old = not encoding.binary, encoding.format == "gmsh22"
     names: dict[str, Array] = {}
     groups, bounds = [], []  # of the entities of each dimension, by tag
-    nodes, elements, views, dropped = None, None, [], []
-    notes: list[str] = []  # to be said when nobody listens to meshio
+    nodes, elements, views = None, None, []
+    lost: list[str] = []
     with path.open("rb") as f, listening(logging.WARNING):
         for section, content in _sections(data, f):
             if section == "MeshFormat":
@@ -58,7 +56,7 @@ def read(path: Path, data: bytes, encoding: Encoding) -> Mesh:
             elif section == "PhysicalNames":
                 common._read_physical_names(f, names)
                 if len(names) < int(content.split(None, 1)[0]):
-                    notes.append("of physical groups with the same name, only the last keeps it")
+                    lost.append("the name of all but the last of groups with the same one")
             elif section == "Entities":
                 groups, bounds = _gmsh41._read_entities(f, text, size)
             elif section == "Nodes" and old:
@@ -67,20 +65,16 @@ def read(path: Path, data: bytes, encoding: Encoding) -> Mesh:
                 points, tags, dim_tags = _gmsh41._read_nodes(f, text, size)
                 nodes = (points, tags + 1, dim_tags)
             elif section == "Elements" and old:
-                elements = gmsh_elements.read_22(content, text, notes)
+                elements = gmsh_elements.read_22(content, text, lost)
             elif section == "Elements":
                 elements = gmsh_elements.read_41(content, text, size, groups, bounds)
             elif section in ("NodeData", "ElementData"):
                 views.append((section, *_read_view(f, text)))
             elif section != "Comments":
-                dropped.append(section)
+                lost.append(f"the section ${section}")
     if nodes is None or elements is None:
         missing = "Nodes" if nodes is None else "Elements"
         raise UnreadableError(f"there is no section ${missing} in it")
-    if dropped:
-        notes.append(f"the sections {', '.join(dropped)} of the Gmsh file are dropped")
-    for note in notes:
-        log.warning(note)
 
     points, tags, dim_tags = nodes
     order = np.argsort(tags, kind="stable")
@@ -104,7 +98,7 @@ def read(path: Path, data: bytes, encoding: Encoding) -> Mesh:
             if inside.any():
                 arrays[name] = np.full((len(numbers), *values.shape[1:]), np.nan)
                 arrays[name][at[inside]] = values[inside]
-    return mesh
+    return mesh, lost
 
 
 def _sections(data: bytes, f: BinaryIO) -> Iterator[tuple[str, bytes]]:

@@ -36,11 +36,11 @@ def _known() -> dict[int, tuple[str, int]]:
     return {code: (kind, num_nodes_per_cell[kind]) for kind, code in cell_types().items()}
 
 
-def read_22(content: bytes, text: bool, notes: list[str]) -> Elements:
+def read_22(content: bytes, text: bool, lost: list[str]) -> Elements:
     """Read what stands in $Elements of a file of version 2.2.
 
     An element is a number, a type, a count of tags, tags and nodes. In binary, type and count
-    stand before one or more elements.
+    stand before one or more elements. What is left out is added to `lost`.
     """
     first, rest = content.split(b"\n", 1)
     n = int(first)
@@ -74,7 +74,7 @@ def read_22(content: bytes, text: bool, notes: list[str]) -> Elements:
         at += used
         found += len(rows)
     if cut:
-        notes.append("the partitions of the elements in the Gmsh file are dropped")
+        lost.append("the partitions of the elements")
     starts = [i for i in range(len(parts)) if not i or parts[i][0] != parts[i - 1][0]]
     blocks, labels = [], []
     for start, end in pairwise([*starts, len(parts)]):

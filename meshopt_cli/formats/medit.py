@@ -47,18 +47,15 @@ _VALUES = {"MeshVersionFormatted": (b"1", b"2", b"3", b"4"), "Dimension": (b"2",
 _KEYWORD = re.compile(rb"[A-Z][A-Za-z]{2,}\w*")
 
 
-def read(path: Path, data: bytes, encoding: Encoding) -> Mesh:
-    """Read a mesh, with references as "medit:ref".
+def read(path: Path, data: bytes, encoding: Encoding) -> tuple[Mesh, list[str]]:
+    """Read a mesh, with references as "medit:ref", and what of its file is left out.
 
     Vertex numbers start from 0 and are otherwise as the file has them: a 0 in it is a -1.
     """
     mesh, lists, dropped = (_read_binary if encoding.binary else _read_text)(path, data)
     if encoding.version == "1":
         mesh.points = mesh.points.astype(np.float32)
-    dropped += medit_lists.attach(mesh, lists)
-    if dropped:
-        log.warning("of the Medit file are dropped: %s", ", ".join(dropped))
-    return mesh
+    return mesh, dropped + medit_lists.attach(mesh, lists)
 
 
 # A mesh, the sections of `medit_lists` in the file, and the names of those left out.

@@ -31,6 +31,7 @@ class Format:
     cell_name, point_name : str
         What they are called; without a name, cells are counted by type.
     read : function of (path, content, encoding)
+        Makes a mesh, and lists what of the file it left out.
     fit : function of (mesh, encoding)
         Makes the mesh that `write` takes, and lists what it left out.
     write : function of (path, mesh, encoding)
@@ -44,7 +45,7 @@ class Format:
     first_number: int
     cell_name: str
     point_name: str
-    read: Callable[[Path, bytes, Encoding], Mesh]
+    read: Callable[[Path, bytes, Encoding], tuple[Mesh, list[str]]]
     fit: Callable[[Mesh, Encoding], tuple[Mesh, list[str]]]
     write: Callable[[Path, Mesh, Encoding], None]
 

@@ -20,8 +20,6 @@ from ..mesh.model import Array, Mesh
 from .bridge import from_meshio, listening, prepared, to_meshio
 from .sniff import Encoding, UnreadableError
 
-log = logging.getLogger("meshopt")
-
 VTU_VERSIONS = ("0.1", "1.0")  # that meshio reads, and that can be written
 VTK_VERSIONS = ("2.0", "3.0", "4.0", "4.1", "4.2", "5.1")  # that can be written
 
@@ -60,20 +58,20 @@ def _complete(mesh: Mesh, announced: re.Match[bytes] | None) -> Mesh:
     return mesh
 
 
-def read_vtk(path: Path, data: bytes, encoding: Encoding) -> Mesh:
-    """Read a file without XML."""
+def read_vtk(path: Path, data: bytes, encoding: Encoding) -> tuple[Mesh, list[str]]:
+    """Read a file without XML, and what of it is left out."""
     import meshio.vtk
 
     _teach_names()
     known = data
     if b"\nNORMALS" in data:  # the same to meshio as vectors
         known = re.sub(rb"^NORMALS\b", b"VECTORS", data, flags=re.MULTILINE)
-    if b"\nFIELD" in data[: max(data.find(b"\nPOINTS"), 0)]:
-        log.warning("the fields of the VTK file that are not of points or cells are dropped")
+    has_fields = b"\nFIELD" in data[: max(data.find(b"\nPOINTS"), 0)]
+    lost = ["the fields that are not of points or cells"] * has_fields
     with prepared(path, data, known) as plain, listening(logging.WARNING):
         mesh = from_meshio(meshio.vtk.read(plain), unquote)
     at = max(data.find(b"\nCELL_TYPES"), 0)
-    return _complete(mesh, re.match(rb"\nCELL_TYPES[ \t]+(\d+)", data[at : at + 80]))
+    return _complete(mesh, re.match(rb"\nCELL_TYPES[ \t]+(\d+)", data[at : at + 80])), lost
 
 
 def write_vtk(path: Path, mesh: Mesh, encoding: Encoding) -> None:
@@ -103,8 +101,8 @@ def write_vtk(path: Path, mesh: Mesh, encoding: Encoding) -> None:
             stream.write(said.encode())
 
 
-def read_vtu(path: Path, data: bytes, encoding: Encoding) -> Mesh:
-    """Read a file with XML, which has one piece."""
+def read_vtu(path: Path, data: bytes, encoding: Encoding) -> tuple[Mesh, list[str]]:
+    """Read a file with XML, which has one piece, and what of it is left out."""
     import meshio.vtu
 
     pieces = list(re.finditer(rb'<Piece\b[^>]*\bNumberOfCells\s*=\s*["\']\s*(\d+)', data))
@@ -119,9 +117,8 @@ def read_vtu(path: Path, data: bytes, encoding: Encoding) -> Mesh:
         known = re.sub(rb'(<VTKFile\b[^>]*\bversion=")[^"]*', rb"\g<1>1.0", data, count=1)
     with prepared(path, data, known) as plain, listening(logging.WARNING):
         whole = meshio.vtu.read(plain)
-    if whole.field_data:
-        log.warning("the fields %s of the VTU file are dropped", ", ".join(whole.field_data))
-    return _complete(from_meshio(whole), pieces[0] if pieces else None)
+    lost = [f"the field {name}" for name in whole.field_data]
+    return _complete(from_meshio(whole), pieces[0] if pieces else None), lost
 
 
 def write_vtu(path: Path, mesh: Mesh, encoding: Encoding) -> None:

@@ -55,7 +55,7 @@ class Prepared:
 
 @dataclass(frozen=True)
 class Result:
-    """An optimized mesh and how it came about."""
+    """An optimized mesh and how it came about; `lost` is what of the input did not go along."""
 
     mesh: Mesh
     measure: Measure
@@ -64,6 +64,7 @@ class Result:
     lines: tuple[Line, ...]
     stopped: str
     seconds: float
+    lost: tuple[str, ...] = ()
 
 
 def optimize(
@@ -103,13 +104,13 @@ def optimize(
     worked = improve(
         prepared.part, pipeline, measure.judge, before.target, boundary.patches, observer
     )
-    result = restore(prepared, worked, with_data)
+    result, lost = restore(prepared, worked, with_data)
     after = prove(prepared, worked, result, measure, others)
     if with_all_measures:
         forced = forced_angles(prepared.part)
         before, after = replace(before, forced=forced), replace(after, forced=forced)
     seconds = time.perf_counter() - start
-    return Result(result, measure, before, after, worked.lines, worked.stopped, seconds)
+    return Result(result, measure, before, after, worked.lines, worked.stopped, seconds, lost)
 
 
 def prepare(
@@ -139,8 +140,10 @@ def prepare(
     return Prepared(mesh, part, policy.bound_to(mesh, part), before, tangle)
 
 
-def restore(prepared: Prepared, worked: Worked, with_data: bool = True) -> Mesh:
-    """Put what was worked on back among all the rest of a mesh.
+def restore(
+    prepared: Prepared, worked: Worked, with_data: bool = True
+) -> tuple[Mesh, tuple[str, ...]]:
+    """Put what was worked on back among all the rest of a mesh; also says what did not go along.
 
     Raises
     ------
@@ -157,7 +160,7 @@ def restore(prepared: Prepared, worked: Worked, with_data: bool = True) -> Mesh:
     result, lost = carry(mesh, result, part, worked.origin, with_data)
     if lost:
         log.warning("arrays that do not follow the cells are dropped: %s", ", ".join(lost))
-    return result
+    return result, tuple(f"the array {name}" for name in lost)
 
 
 def prove(

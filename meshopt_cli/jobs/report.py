@@ -55,7 +55,7 @@ def report_on(
         summary = summarize(part.simplices, measure, others)
     for note in part.notes:
         log.warning("%s: %s", path, note)
-    return Report(__version__, facts_of(source), summary)
+    return Report(__version__, facts_of(source), summary, lost=source.lost)
 
 
 def report_of(
@@ -71,7 +71,7 @@ def report_of(
         tuple(_pass_facts(line) for line in result.lines),
         result.stopped,
         seconds,
-        () if written is None else written.lost,
+        source.lost + result.lost + (() if written is None else written.lost),
     )
 
 

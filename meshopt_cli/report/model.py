@@ -44,7 +44,7 @@ class Report:
     passes: tuple[PassFacts, ...] = ()
     stopped: str = ""
     seconds: dict[str, float] = field(default_factory=dict)
-    lost: tuple[str, ...] = ()  # what the format of the output cannot hold
+    lost: tuple[str, ...] = ()  # what did not go over, on reading, working or writing
 
     @property
     def title(self) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from pathlib import Path
 
 from ..quality.summary import RANKS, Summary
 from .model import Report
@@ -91,9 +90,8 @@ def closing_lines(report: Report) -> list[str]:
     noun = "vertex" if abs(change) == 1 else "vertices"
     vertices = f"{abs(change):,} {noun} {'more' if change > 0 else 'less'}"
     times = ", ".join(f"{name} {seconds:.2f} s" for name, seconds in report.seconds.items())
-    lost = f"lost in {Path(report.output.path).name}: " if report.output and report.lost else ""
     return [
         f"stopped: {report.stopped}; {vertices if change else 'as many vertices as before'}",
         f"{angles}; {times}",
-        *([lost + ", ".join(report.lost)] if lost else []),
+        *(["lost: " + ", ".join(report.lost)] if report.lost else []),
     ]
