@@ -8,8 +8,8 @@ import numpy as np
 
 from .. import validity
 from ..errors import BadMeshError, UnsupportedMeshError
-from ..mesh.cast import with_positive_tets
 from ..mesh.model import Mesh, main_type
+from ..mesh.orientation import with_agreeing_cells, with_positive_cells
 
 log = logging.getLogger("meshopt")
 
@@ -19,8 +19,11 @@ EXTENTS = 1e-40, 1e40
 # Rules that turning cells may mend.
 ORIENTATION = {"M101", "M103", "M207"}
 
-# Rules that a tangle breaks: cells with a negative volume, and those that they lie across.
-TANGLE = {"M101", "M102", "M205", "M207", "M209", "M210"}
+# Rules that a tangle breaks: cells with a negative volume, and those that they lie across. Its
+# neighbours agree about their facets, whatever their volume.
+TANGLE = {"M101", "M102", "M205", "M209", "M210"}
+
+TURNED = "cells ran the other way round than the rest, and are turned: %d"
 
 
 class InvalidMeshError(BadMeshError):
@@ -73,7 +76,7 @@ def _not_valid(report: validity.Report) -> str:
 
 
 def admit(mesh: Mesh, untangles: bool) -> tuple[Mesh, validity.Report | None]:
-    """Take a mesh to be optimized, with its tetrahedra turned where that is all it lacks.
+    """Take a mesh to be optimized, with its cells turned where they run the other way round.
 
     Parameters
     ----------
@@ -95,12 +98,18 @@ def admit(mesh: Mesh, untangles: bool) -> tuple[Mesh, validity.Report | None]:
     if report.is_valid:
         return mesh, None
     broken = {group.code for group in report.errors}
-    if broken <= ORIENTATION:
-        turned, n_turned = with_positive_tets(mesh)
-        if n_turned and validity.check(turned, overlaps=False).is_valid:
-            log.warning("%d cells had the other orientation: they are turned", n_turned)
-            return turned, None
+    n_turned = 0
+    if broken <= ORIENTATION | TANGLE:
+        for turn in (with_positive_cells, with_agreeing_cells):
+            turned, n_turned = turn(mesh)
+            again = validity.check(turned, overlaps=False) if n_turned else report
+            if again.is_valid:
+                log.warning(TURNED, n_turned)
+                return turned, None
+        mesh, broken = turned, {group.code for group in again.errors}
     if untangles and broken <= TANGLE and broken & {"M101", "M102"}:
+        if n_turned:
+            log.warning(TURNED, n_turned)
         log.warning("the mesh has inverted or flat cells: they are to be untangled")
         return mesh, report
     raise InvalidMeshError(_not_valid(report), mesh, report)

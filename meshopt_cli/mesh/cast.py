@@ -16,11 +16,10 @@ from ..errors import UnsupportedMeshError
 from ..handles import OUTER
 from . import adjacency
 from .model import Array, Block, Mesh, declared, main_blocks, main_type
+from .orientation import turned
 from .plane import Frame, plane_of, precision_of, with_depth
 from .sizes import contents
 from .tags import CORNER, GEOMETRICAL, REQUIRED, flagged, regions_of, tags_of
-
-TURNED = [0, 1, 3, 2]  # the vertices of a tetrahedron of the other orientation
 
 
 @dataclass
@@ -109,7 +108,7 @@ def cast(mesh: Mesh) -> Simplices:
     points = with_depth(mesh.points)
     used = adjacency.is_used(cells, len(points))
     frame = None
-    turned = False
+    is_turned = False
     dimension = FAMILIES[cell_type].dimension
     facets = declared(mesh, SIMPLICES[dimension - 1])
     if dimension == 2:
@@ -125,9 +124,9 @@ def cast(mesh: Mesh) -> Simplices:
         edges = declared(mesh, "line")
         # Some may be inverted: most of them tell the orientation.
         some = cells[:: max(1, len(cells) // 1000)]
-        turned = bool(contents(points, some, cell_type).sum() < 0)
-        if turned:
-            cells = np.ascontiguousarray(cells[:, TURNED])
+        is_turned = bool(contents(points, some, cell_type).sum() < 0)
+        if is_turned:
+            cells = np.ascontiguousarray(turned(cells))
     fixed = np.zeros(len(points), dtype=bool)
     vertices = adjacency.distinct(declared(mesh, "vertex"))
     # A file that declares every vertex (as Mmg writes them) says nothing by it.
@@ -143,27 +142,7 @@ def cast(mesh: Mesh) -> Simplices:
         fixed[kept] = True
     single = mesh.points.dtype == np.float32
     region = regions_of(blocks, mesh.regions)
-    return Simplices(points, cells, region, fixed, facets, edges, frame, single, turned)
-
-
-def with_positive_tets(mesh: Mesh) -> tuple[Mesh, int]:
-    """Turn the tetrahedra of negative volume; also returns how many they were.
-
-    This mends a mesh whose cells were written in either orientation. In a tangle it makes
-    neighbours overlap, which `validity.check` sees (M207).
-    """
-    points = with_depth(mesh.points)
-    n_turned = 0
-    blocks = []
-    for block in mesh.blocks:
-        if block.type == SIMPLICES[3] and len(block.cells):
-            negative = contents(points, block.cells, block.type) < 0
-            cells = np.where(negative[:, None], block.cells[:, TURNED], block.cells)
-            n_turned += int(np.count_nonzero(negative))
-            blocks.append(replace(block, cells=cells))
-        else:
-            blocks.append(block)
-    return replace(mesh, blocks=blocks), n_turned
+    return Simplices(points, cells, region, fixed, facets, edges, frame, single, is_turned)
 
 
 def with_simplices(mesh: Mesh, worked: Simplices, origin: Array, before: Simplices) -> Mesh:

@@ -60,6 +60,20 @@ class Examination(Study):
         return domain_of(self, self.explained)
 
     @cached_property
+    def reversed(self) -> Array:
+        """Mask of the inverted cells that agree with their neighbours once they are turned."""
+        inverted = self.shape.inverted
+        result = inverted & ~self.shape.partly
+        if result.any():
+            for facets in self.facet_sets:
+                one, other = facets.pairs()
+                same = same_direction(facets.rows[one], facets.rows[other])
+                one, other = facets.owners[one], facets.owners[other]
+                odd = same != (inverted[one] != inverted[other])
+                result[one[odd]] = result[other[odd]] = False
+        return result
+
+    @cached_property
     def disagreeing(self) -> tuple[Array, Array]:
         """Numbers of the cells that run round a common facet in the same direction."""
         ones, others = [], []

@@ -14,16 +14,18 @@ from ..model import ERROR, Places, at_cells, rule
     "inverted cell",
     explanation="A cell, or a corner of it, has a negative volume, or area in the plane.",
     source="18.1.1, 18.1.2",
-    fix="Untangle: optimize moves and swaps inverted cells if their neighbours allow it.",
+    fix="Optimize: cells that are only listed the other way round are turned, others untangled.",
 )
 def find_inverted(study: Examination) -> Places:
     numbers = np.flatnonzero(study.shape.inverted)
+    kinds = np.select([study.shape.partly[numbers], study.reversed[numbers]], [1, 2], 0)
     return at_cells(
         study,
         numbers,
         "the cell is inverted",
         "the cell is inverted at a corner",
-        kinds=study.shape.partly[numbers].astype(np.int64),
+        "the cell is listed the other way round than its neighbours: turning it mends that",
+        kinds=kinds,
     )
 
 

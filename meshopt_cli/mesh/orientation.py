@@ -1,0 +1,87 @@
+"""Cells that run the other way round than the rest of their mesh, and how they are turned.
+
+The vertices of a simplex are listed in one of two directions. Files come with cells in both: then
+a cell has a negative volume, or area in the plane, or sees a facet as its neighbour does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from . import adjacency
+from .model import Array, Mesh, main_blocks, main_type
+from .plane import plane_of, precision_of, with_depth
+from .sizes import contents
+
+
+def turned(cells: Array) -> Array:
+    """Simplices, (n, d + 1), in the other direction: their last two vertices exchanged."""
+    width = cells.shape[1]
+    return cells[:, [*range(width - 2), width - 1, width - 2]]
+
+
+def with_positive_cells(mesh: Mesh) -> tuple[Mesh, int]:
+    """Turn the simplices of negative volume, or area; also returns how many they were.
+
+    This mends a mesh whose cells were written in either direction. In a tangle it makes
+    neighbours overlap, which `validity.check` sees (M207). In a plane, most of the area says
+    which side is up.
+    """
+    return _with_turned(mesh, _sizes(mesh, _cells(mesh)) < 0)
+
+
+def with_agreeing_cells(mesh: Mesh) -> tuple[Mesh, int]:
+    """Turn simplices until each sees a facet from the other side than its neighbour there.
+
+    Returns the mesh and how many were turned. Of cells that hang together by facets, most of the
+    volume, or area, says which way round is right. So cells that were written in either
+    direction are told from cells that are inverted, which agree with their neighbours. Cells of
+    a part that has no two sides stay as they are.
+    """
+    cells = _cells(mesh)
+    n, width = cells.shape
+    if not n:
+        return mesh, 0
+    beyond = adjacency.neighbours(cells, np.zeros(n, np.int64), len(mesh.points)).ravel()
+    one = np.flatnonzero(beyond >= 0)
+    one = one[one < width * (beyond[one] // 4) + beyond[one] % 4]
+    other = width * (beyond[one] // 4) + beyond[one] % 4
+    rows = adjacency.facets(cells)
+    against = adjacency.same_direction(rows[one], rows[other])
+    one, other = one // width, other // width
+    # Every cell is there twice, as it is (k) and turned (n + k), and linked to what it agrees with.
+    ones = np.concatenate([one, n + one])
+    others = np.concatenate([np.where(against, n, 0) + other, np.where(against, 0, n) + other])
+    part = adjacency.first_of(2 * n, ones, others)
+    as_is, reverse = part[:n], part[n:]
+    size = _sizes(mesh, cells)
+    total = np.bincount(as_is, size, 2 * n) + np.bincount(reverse, -size, 2 * n)
+    return _with_turned(mesh, total[as_is] < total[reverse])
+
+
+def _cells(mesh: Mesh) -> Array:
+    return np.concatenate([block.cells for block in main_blocks(mesh, main_type(mesh))])
+
+
+def _sizes(mesh: Mesh, cells: Array) -> Array:
+    """Signed volumes, or areas as seen from where most of the area is positive; without a plane
+    they are all positive."""
+    points = with_depth(mesh.points)
+    if cells.shape[1] == 3 and (frame := plane_of(points, cells, precision_of(mesh.points))):
+        points = frame.flatten(points)[:, :2]
+    return contents(points, cells, main_type(mesh))
+
+
+def _with_turned(mesh: Mesh, chosen: Array) -> tuple[Mesh, int]:
+    """Turn the main cells that a mask chooses, (ne,)."""
+    cell_type, at, blocks = main_type(mesh), 0, []
+    for block in mesh.blocks:
+        if block.type == cell_type:
+            here = chosen[at : at + len(block.cells), None]
+            at += len(block.cells)
+            blocks.append(replace(block, cells=np.where(here, turned(block.cells), block.cells)))
+        else:
+            blocks.append(block)
+    return replace(mesh, blocks=blocks), int(np.count_nonzero(chosen))
