@@ -23,7 +23,7 @@ ORIENTATION = {"M101", "M103", "M207"}
 # neighbours agree about their facets, whatever their volume.
 TANGLE = {"M101", "M102", "M205", "M209", "M210"}
 
-TURNED = "cells ran the other way round than the rest, and are turned: %d"
+TURNED = "cells are listed the other way round, and turned: %d"
 
 
 class InvalidMeshError(BadMeshError):

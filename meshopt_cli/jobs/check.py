@@ -12,11 +12,11 @@ from pathlib import Path
 from ..cells import family_of
 from ..errors import EXIT_BAD_MESH, EXIT_DONE, EXIT_FILES, ConfigError, MeshoptError, ReadError
 from ..mesh.model import Mesh, top_blocks
-from ..mesh.tags import with_regions
 from ..quality.gates import Gates
 from ..report.verdict import Verdict
 from ..validity import Report, check, choose
 from .findings import verdict_on
+from .regions import with_asked_regions
 
 # Files smaller than this together are not worth another process.
 SMALL = 4 << 20
@@ -108,8 +108,7 @@ def examine(path: Path, task: Task) -> Verdict:
     except MeshoptError as error:
         return Verdict(str(path), error.exit_status, error=str(error))
     try:
-        if task.regions:
-            mesh = with_regions(mesh, task.regions)
+        mesh = with_asked_regions(path, mesh, task.regions)
         report: Report = check(
             mesh,
             task.select,

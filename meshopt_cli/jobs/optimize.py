@@ -11,7 +11,7 @@ from ..boundary.policy import Boundary, Fixed, Policy
 from ..errors import InvariantError
 from ..mesh.cast import Simplices, cast, with_simplices
 from ..mesh.model import Mesh, main_blocks, main_type
-from ..mesh.tags import tags_of
+from ..mesh.tags import Regions, tags_of
 from ..passes import Observer
 from ..plans.improve import Worked, improve
 from ..plans.pipeline import Pipeline
@@ -44,6 +44,8 @@ class Prepared:
     before : Summary
     tangle : Report or None
         What is wrong with the mesh, and to be mended.
+    regions : Regions
+        What makes regions of its cells.
     """
 
     mesh: Mesh
@@ -51,6 +53,7 @@ class Prepared:
     boundary: Boundary
     before: Summary
     tangle: validity.Report | None
+    regions: Regions
 
 
 @dataclass(frozen=True)
@@ -64,6 +67,7 @@ class Result:
     lines: tuple[Line, ...]
     stopped: str
     seconds: float
+    regions: Regions
     lost: tuple[str, ...] = ()
 
 
@@ -110,7 +114,17 @@ def optimize(
         forced = forced_angles(prepared.part)
         before, after = replace(before, forced=forced), replace(after, forced=forced)
     seconds = time.perf_counter() - start
-    return Result(result, measure, before, after, worked.lines, worked.stopped, seconds, lost)
+    return Result(
+        result,
+        measure,
+        before,
+        after,
+        worked.lines,
+        worked.stopped,
+        seconds,
+        prepared.regions,
+        lost,
+    )
 
 
 def prepare(
@@ -136,8 +150,10 @@ def prepare(
     require_range(mesh)
     mesh, tangle = admit(mesh, pipeline.mends_tangles)
     part = cast(mesh)
+    tags = tuple(tags_of(main_blocks(mesh, main_type(mesh)), mesh.regions))
+    regions = Regions(tags, int(part.region.max()) + 1)
     before = summarize(part, measure, others)
-    return Prepared(mesh, part, policy.bound_to(mesh, part), before, tangle)
+    return Prepared(mesh, part, policy.bound_to(mesh, part), before, tangle, regions)
 
 
 def restore(
@@ -177,10 +193,9 @@ def prove(
     InvariantError
         It is worse, or its boundary or the volume of a region changed.
     """
-    mesh, before = prepared.mesh, prepared.before
+    before = prepared.before
     # An array that numbers cells may have few values left, and would pass for a tag.
-    tags = tuple(tags_of(main_blocks(mesh, main_type(mesh)), mesh.regions))
-    final = cast(replace(result, regions=tags))
+    final = cast(replace(result, regions=prepared.regions.arrays))
     target = before.target if prepared.boundary.keeps_facets else None
     after = summarize(final, measure, others, target)
     if after.n_invalid or after.worst > before.worst * (1 + ROUNDING):

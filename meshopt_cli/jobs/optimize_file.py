@@ -13,7 +13,6 @@ from .. import formats
 from ..boundary.policy import Fixed, Policy
 from ..errors import EXIT_BAD_MESH, BadMeshError, ConfigError, naming
 from ..formats import PIPE, Written
-from ..mesh.tags import with_regions
 from ..passes import Observer
 from ..plans.config import Request, plan_for
 from ..report.model import Report
@@ -21,6 +20,7 @@ from ..report.verdict import Verdict
 from .admission import InvalidMeshError, require_simplices
 from .findings import verdict_on
 from .optimize import Result, optimize
+from .regions import with_asked_regions
 from .report import report_of
 
 
@@ -112,8 +112,7 @@ def optimize_file(
     try:
         with naming(task.input):
             require_simplices(mesh)
-            if task.regions:
-                mesh = with_regions(mesh, task.regions)
+            mesh = with_asked_regions(task.input, mesh, task.regions)
         plan = plan_for(task.request, mesh.dimension())
         encoding = formats.encoding_for(task.output, source.encoding, task.file_format, task.binary)
         clock.append(time.perf_counter())

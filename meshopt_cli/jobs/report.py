@@ -8,7 +8,7 @@ from pathlib import Path
 from .. import __version__, formats
 from ..errors import BadMeshError, naming
 from ..formats import Source, Written
-from ..mesh.tags import with_regions
+from ..mesh.tags import regions_in
 from ..plans.stages import Line
 from ..quality.measures import QUALITIES, Measure
 from ..quality.partial import measurable
@@ -16,6 +16,7 @@ from ..quality.summary import summarize
 from ..report.model import FileFacts, PassFacts, Report
 from ..validity import check
 from .optimize import Result
+from .regions import with_asked_regions
 
 log = logging.getLogger("meshopt")
 
@@ -48,14 +49,14 @@ def report_on(
     with naming(path):
         if not check(mesh, READABLE).is_valid:
             raise BadMeshError("the mesh is not valid: see meshopt check")
-        if regions:
-            mesh = with_regions(mesh, regions)
+        mesh = with_asked_regions(path, mesh, regions)
         part = measurable(mesh)
         others = tuple(QUALITIES.values()) if all_measures else ()
         summary = summarize(part.simplices, measure, others)
+        made = regions_in(mesh)
     for note in part.notes:
         log.warning("%s: %s", path, note)
-    return Report(__version__, facts_of(source), summary, lost=source.lost)
+    return Report(__version__, facts_of(source), summary, regions=made, lost=source.lost)
 
 
 def report_of(
@@ -71,6 +72,7 @@ def report_of(
         tuple(_pass_facts(line) for line in result.lines),
         result.stopped,
         seconds,
+        result.regions,
         source.lost + result.lost + (() if written is None else written.lost),
     )
 

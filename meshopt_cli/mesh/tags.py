@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import re
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from ..errors import ConfigError
 from . import adjacency
 from .model import Array, Block, Mesh, top_blocks
 
-# Integer arrays that tell cells of one region from those of another, whatever their values.
+# Arrays that tell cells of one region from those of another, whatever their values.
 PHYSICAL, GEOMETRICAL, REF = TAG_NAMES = ("gmsh:physical", "gmsh:geometrical", "medit:ref")
 # Dimension and tag of the entity that Gmsh has a node on.
 DIM_TAGS = "gmsh:dim_tags"
@@ -18,24 +19,63 @@ DIM_TAGS = "gmsh:dim_tags"
 CORNER, REQUIRED, RIDGE = FLAGS = ("medit:corner", "medit:required", "medit:ridge")
 # Vectors at some of the vertices.
 NORMAL, TANGENT = "medit:normal", "medit:tangent"
-# Any other integer array does so when it has few values: otherwise it numbers the cells.
+# Any other array of whole numbers does so when it has few values.
 MAX_LABELS = 64
+# What tells one cell, or point, from all others is a number of it, and no label: by such a name, or
+# where there are more rows than these, however few its values are.
+_NUMBER = re.compile(r"(^|[^a-z])(ids?|index|indices|number|numbers)$|I[Dd]s?$", re.ASCII)
+MOST_ALONE = 8
+
+
+@dataclass(frozen=True)
+class Regions:
+    """What makes regions of the cells of a mesh: names of arrays, and how many they make."""
+
+    arrays: tuple[str, ...]
+    count: int
 
 
 def is_whole(values: Array) -> bool:
-    """Whether an array holds one whole number a row."""
-    return values.ndim == 1 and values.dtype.kind in "iu"
+    """Whether an array holds one whole number a row, as an integer or as a real."""
+    if values.ndim != 1 or values.dtype.kind not in "iuf":
+        return False
+    if values.dtype.kind != "f":
+        return True
+    some = values[: 1 << 10]  # most reals are not whole, and soon seen not to be
+    return _are_whole(some) and (len(some) == len(values) or _are_whole(values))
+
+
+def _are_whole(reals: Array) -> bool:
+    return bool(np.all((np.rint(reals) == reals) & (np.abs(reals) < 2.0**53)))
+
+
+def is_number(name: str, values: Array) -> bool:
+    """Whether an array, (n,), numbers cells or points: each has a whole number of its own."""
+    if not is_whole(values) or len(adjacency.distinct(values)) < len(values):
+        return False
+    return len(values) > MOST_ALONE or is_called_number(name)
+
+
+def is_called_number(name: str) -> bool:
+    """Whether an array has such a name as those have that number cells or points."""
+    return bool(_NUMBER.search(name))
 
 
 def is_tag(name: str, arrays: list[Array]) -> bool:
     """Whether an array, given block by block, tells regions of the cells apart."""
     if name in FLAGS or not all(is_whole(a) for a in arrays):
         return False
-    return name in TAG_NAMES or len(adjacency.distinct(np.concatenate(arrays))) <= MAX_LABELS
+    return name in TAG_NAMES or (
+        _n_values(arrays) <= MAX_LABELS and not is_number(name, np.concatenate(arrays))
+    )
+
+
+def _n_values(arrays: list[Array]) -> int:
+    return len(adjacency.distinct(np.concatenate(arrays)))
 
 
 def tags_of(blocks: list[Block], regions: tuple[str, ...] | None = None) -> dict[str, Array]:
-    """The tags that make regions of the cells of some blocks, each (ne,), by name.
+    """The tags that make regions of the cells of some blocks, each (ne, ...), by name.
 
     They are on all of the blocks.
 
@@ -62,16 +102,41 @@ def with_regions(mesh: Mesh, names: tuple[str, ...]) -> Mesh:
     Raises
     ------
     ConfigError
-        A name is that of no array of whole numbers, one a cell, on all cells of the greatest
-        dimension.
+        A name is that of no array of numbers on all cells of the greatest dimension.
     """
     arrays = _on_all(top_blocks(mesh))
-    fit = [n for n, values in arrays.items() if all(is_whole(a) for a in values)]
+    fit = [
+        n for n, values in arrays.items() if len({(a.shape[1:], a.dtype.kind) for a in values}) == 1
+    ]
+    fit = [n for n in fit if arrays[n][0].dtype.kind in "iuf"]
     for name in names:
         if name not in fit:
             known = f"choose from {', '.join(fit)}" if fit else "the mesh has none"
-            raise ConfigError(f"no array {name!r} of whole numbers on all cells: {known}")
+            raise ConfigError(f"no array {name!r} of numbers on all cells: {known}")
     return replace(mesh, regions=names)
+
+
+def regions_in(mesh: Mesh) -> Regions:
+    """What makes regions of the cells of the greatest dimension."""
+    blocks = top_blocks(mesh)
+    tags = tags_of(blocks, mesh.regions)
+    return Regions(tuple(tags), int(combinations(tags).max(initial=-1)) + 1 if tags else 1)
+
+
+def doubtful_tags(mesh: Mesh) -> dict[str, int]:
+    """Arrays that may be meant to make regions, but have too many values: how many, by name.
+
+    They hold whole numbers that several cells have in common, four of them or more on average.
+    """
+    if mesh.regions is not None:
+        return {}
+    found = {}
+    for name, arrays in _on_all(top_blocks(mesh)).items():
+        if name not in FLAGS and name not in TAG_NAMES and all(is_whole(a) for a in arrays):
+            n_values = _n_values(arrays)
+            if MAX_LABELS < n_values <= sum(map(len, arrays)) / 4:
+                found[name] = n_values
+    return found
 
 
 def regions_of(blocks: list[Block], regions: tuple[str, ...] | None = None) -> Array:
@@ -85,10 +150,17 @@ def regions_of(blocks: list[Block], regions: tuple[str, ...] | None = None) -> A
 
 
 def combinations(tags: dict[str, Array]) -> Array:
-    """A number for each combination of the values of some arrays, one at least, (ne,) each."""
-    rows = np.stack([values.astype(np.int64) for values in tags.values()], axis=1)
-    _, number, _ = adjacency.distinct_rows(rows)
+    """A number for each combination of the values of some arrays, one at least, (ne, ...) each."""
+    columns = [c for values in tags.values() for c in values.reshape(len(values), -1).T]
+    whole = [c.astype(np.int64) if is_whole(c) else _ranks(c) for c in columns]
+    _, number, _ = adjacency.distinct_rows(np.stack(whole, axis=1))
     return number
+
+
+def _ranks(reals: Array) -> Array:
+    """Numbers in the order of reals, the same for the same ones."""
+    _, rank = np.unique(reals, return_inverse=True)
+    return rank
 
 
 def flagged(values: Array) -> Array:

@@ -57,6 +57,7 @@ def report_dict(report: Report) -> dict[str, Any]:
         "passes": [
             {**asdict(p), "worst": _number(p.worst), "mean": _number(p.mean)} for p in report.passes
         ],
+        "regions": {"count": report.regions.count, "arrays": list(report.regions.arrays)},
         "stopped": report.stopped or None,
         "seconds": report.seconds,
         "lost": list(report.lost),

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..cells import FAMILIES, SIMPLICES
+from ..mesh.tags import Regions
 from ..quality.summary import Summary
 
 
@@ -44,6 +45,7 @@ class Report:
     passes: tuple[PassFacts, ...] = ()
     stopped: str = ""
     seconds: dict[str, float] = field(default_factory=dict)
+    regions: Regions = Regions((), 1)  # noqa: RUF009 (a frozen value)
     lost: tuple[str, ...] = ()  # what did not go over, on reading, working or writing
 
     @property

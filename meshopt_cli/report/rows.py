@@ -84,8 +84,11 @@ def closing_lines(report: Report) -> list[str]:
     angles = f"{kind} {after.angle_min:.1f} to {after.angle_max:.1f} degrees"
     if after.forced is not None and after.dimension == 3:
         angles += " (the boundary forces {:.1f} and {:.1f})".format(*after.forced)
+    by, several = report.regions.arrays, report.regions.count > 1
+    regions = [f"{report.regions.count:,} regions, by {' and '.join(by)}"] * several
+    lost = ["lost: " + ", ".join(report.lost)] * bool(report.lost)
     if report.after is None:
-        return [angles]
+        return [angles, *regions, *lost]
     change = report.after.n_points - report.before.n_points
     noun = "vertex" if abs(change) == 1 else "vertices"
     vertices = f"{abs(change):,} {noun} {'more' if change > 0 else 'less'}"
@@ -93,5 +96,6 @@ def closing_lines(report: Report) -> list[str]:
     return [
         f"stopped: {report.stopped}; {vertices if change else 'as many vertices as before'}",
         f"{angles}; {times}",
-        *(["lost: " + ", ".join(report.lost)] if report.lost else []),
+        *regions,
+        *lost,
     ]

@@ -3,6 +3,8 @@
 A vertex that moved or is new takes its value from the linear (P1) interpolation of the
 input, a new cell the value of the input's cell that holds its centre. Both are found by
 point location (18.1.3) inside the region; what did not change keeps every bit.
+
+Numbers of points and cells stay unique: what is new gets those beyond the greatest.
 """
 
 from __future__ import annotations
@@ -25,6 +27,8 @@ from ..mesh.tags import (
     REQUIRED,
     TAG_NAMES,
     TANGENT,
+    is_called_number,
+    is_number,
     regions_of,
     tags_of,
 )
@@ -132,12 +136,30 @@ def _carry_point_data(
         values = mesh.point_data[name]
         if name in VERTEX_TAGS:
             continue
-        if values.dtype.kind == "f":
+        if _is_identity(name, values):
+            carried[name] = _numbered(carried[name], origin < 0, values)
+        elif values.dtype.kind == "f":
             at_corners = values[corners].astype(np.float64)
             carried[name][rows] = np.einsum("ij,ij...->i...", weights, at_corners)
         else:
             carried[name][rows] = values[nearest]
     return carried, dropped
+
+
+def _is_identity(name: str, values: Array) -> bool:
+    """Whether the values of an array are numbers that nothing else may have; reals have to be
+    called so, as most that are whole are not meant to be."""
+    return (values.dtype.kind in "iu" or is_called_number(name)) and is_number(name, values)
+
+
+def _numbered(values: Array, is_new: Array, *taken: Array) -> Array:
+    """Numbers, of which the new ones follow the greatest of those that are taken."""
+    first = max(int(numbers.max()) for numbers in taken if len(numbers)) + 1
+    n = np.count_nonzero(is_new)
+    if values.dtype.kind in "iu" and first + n > np.iinfo(values.dtype).max:
+        values = values.astype(np.int64)
+    values[is_new] = np.arange(first, first + n)
+    return values
 
 
 def _places(before: Simplices, result: Mesh, rows: Array) -> Array:
@@ -155,21 +177,26 @@ def _carry_cell_data(
     waiting = [n for n in names if any(n not in block.data for block in new_blocks)]
     if not waiting:
         return result.blocks, []
-    donors = _donors(mesh, result, before, after, origin)
+    twins, donors = _donors(mesh, result, before, after, origin)
     data: list[dict[str, Array]] = [dict(block.data) for block in new_blocks]
     ends = np.cumsum([len(block.cells) for block in new_blocks])
-    parts = [donors[e - len(b.cells) : e] for e, b in zip(ends, new_blocks, strict=True)]
+    parts = [slice(e - len(b.cells), e) for e, b in zip(ends, new_blocks, strict=True)]
     dropped = []
     for name in waiting:
         values, here = _joined(old_blocks, name)
         if values is None or not all(
-            values.dtype.kind == "f" or here[part].all() or not here[part].any() for part in parts
+            values.dtype.kind == "f" or here[donors[part]].all() or not here[donors[part]].any()
+            for part in parts
         ):
             dropped.append(name)
             continue
+        there, carried = here[donors], values[donors]
+        if _is_identity(name, values[here]):
+            taken = [block.data[name] for block in mesh.blocks if name in block.data]
+            carried = _numbered(values[twins], there & (twins < 0), *taken)
         for own, part in zip(data, parts, strict=True):
-            if here[part].any():
-                own[name] = values[part]
+            if there[part].any():
+                own[name] = carried[part]
     ordered = iter({n: own[n] for n in names if n in own} for own in data)
     blocks = [
         replace(b, data=next(ordered)) if b.type == cell_type and len(b.cells) else b
@@ -193,19 +220,23 @@ def _joined(blocks: list[Block], name: str) -> tuple[Array | None, Array]:
     return values, here
 
 
-def _donors(mesh: Mesh, result: Mesh, before: Simplices, after: _Cells, origin: Array) -> Array:
-    """The cell of the input that each cell of a result takes its values from.
+def _donors(
+    mesh: Mesh, result: Mesh, before: Simplices, after: _Cells, origin: Array
+) -> tuple[Array, Array]:
+    """The cells of the input that those of a result were, and take their values from, (ne',).
 
-    A cell that is as it was takes its own, any other those of the cell that holds its centre.
+    A cell with the vertices of one of the input is that one, -1 where there is none. Where they
+    did not move it takes its values from there, any other from the cell that holds its centre.
     """
-    donors = np.full(len(after.cells), -1)
-    same = np.flatnonzero(~_is_moved(mesh, result, origin)[after.cells].any(axis=1))
-    donors[same] = _twins(before.cells, origin[after.cells[same]])
+    twins = np.full(len(after.cells), -1)
+    known = np.flatnonzero((origin[after.cells] >= 0).all(axis=1))
+    twins[known] = _twins(before.cells, origin[after.cells[known]])
+    donors = np.where(_is_moved(mesh, result, origin)[after.cells].any(axis=1), -1, twins)
     rows = np.flatnonzero(donors < 0)
     corners = _places(before, result, after.cells[rows].ravel())
     centres = corners.reshape(len(rows), after.cells.shape[1], 3).mean(axis=1)
     donors[rows], _ = cells_at(before, centres, after.region[rows])
-    return donors
+    return twins, donors
 
 
 def _twins(cells: Array, wanted: Array) -> Array:

@@ -57,7 +57,7 @@ def test_more_than_half_turned_is_optimized_too(name, caplog):
     with caplog.at_level(logging.WARNING, "meshopt"):
         result = optimized(flipped(mesh, 0.7, 1), passes=["smooth", "swap"])
     assert validity.check(result).is_valid
-    assert "cells ran the other way round than the rest, and are turned: " in caplog.text
+    assert "cells are listed the other way round, and turned: " in caplog.text
     tags = np.concatenate([block.data["gmsh:physical"] for block in result.blocks])
     assert set(tags.tolist()) == {0, 1}
 

@@ -5,8 +5,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from meshopt_cli.mesh.model import Block
-from meshopt_cli.mesh.tags import MAX_LABELS, TAG_NAMES, regions_of
+from meshopt_cli.mesh.model import Block, Mesh
+from meshopt_cli.mesh.tags import (
+    MAX_LABELS,
+    TAG_NAMES,
+    Regions,
+    doubtful_tags,
+    regions_in,
+    regions_of,
+    with_regions,
+)
 from support.edits import layered
 from support.runs import optimized
 from support.settings import examples
@@ -36,12 +44,14 @@ def test_integers_of_any_width_are_tags(dtype):
 @pytest.mark.parametrize(
     "values",
     [
-        np.arange(MAX_LABELS + 1),
-        np.linspace(0, 1, 200),
-        np.arange(200, dtype=np.float64) % 2,
+        np.arange(200) % (MAX_LABELS + 1),
+        np.linspace(0, 1, 200) // 0.1 / 2,
+        np.where(np.arange(200) < 100, np.nan, 1.0),
         np.arange(400).reshape(200, 2) % 2,
+        np.arange(40),
+        np.arange(40.0)[::-1],
     ],
-    ids=["too many values", "reals", "whole reals", "two columns"],
+    ids=["too many values", "halves", "not everywhere", "two columns", "numbers", "real numbers"],
 )
 def test_an_array_that_is_no_tag_makes_no_regions(values):
     blocks = tagged_cells(array=values)
@@ -49,7 +59,47 @@ def test_an_array_that_is_no_tag_makes_no_regions(values):
 
 
 def test_as_many_values_as_labels_are_allowed_make_regions():
-    assert len(set(regions_of(tagged_cells(array=np.arange(MAX_LABELS))))) == MAX_LABELS
+    values = np.arange(2 * MAX_LABELS) % MAX_LABELS
+    assert len(set(regions_of(tagged_cells(array=values)))) == MAX_LABELS
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_whole_reals_make_the_regions_that_integers_make(dtype):
+    values = np.arange(200) // 70 - 1
+    region = regions_of(tagged_cells(material=values))
+    assert np.array_equal(regions_of(tagged_cells(material=values.astype(dtype))), region)
+
+
+def test_few_cells_may_each_be_a_region_but_not_by_a_number_of_theirs():
+    assert regions_of(tagged_cells(material=[3, 1, 2])).tolist() == [2, 0, 1]
+    for name in ("GlobalElementId", "id", "cell_ids", "vtkOriginalCellIds", "index"):
+        assert not np.any(regions_of(tagged_cells(**{name: [3, 1, 2]})))
+
+
+NAMED = {
+    "reals": (np.array([0.5, 0.25, 0.5, -1.0]), [2, 1, 2, 0]),
+    "not everywhere": (np.array([np.nan, 1.5, np.nan, 1.5]), [1, 0, 1, 0]),
+    "columns": (np.array([[1, 0], [1, 1], [0, 9], [1, 0]]), [1, 2, 0, 1]),
+    "numbers": (np.arange(4), [0, 1, 2, 3]),
+}
+
+
+@pytest.mark.parametrize("name", NAMED)
+def test_any_array_that_is_named_makes_regions(name):
+    values, region = NAMED[name]
+    one = Mesh(np.zeros((1, 3)), tagged_cells(this=values, other=[0, 1, 2, 2]))
+    named = with_regions(one, ("this",))
+    assert regions_of(named.blocks, named.regions).tolist() == region
+    assert regions_in(named) == Regions(("this",), max(region) + 1)
+
+
+def test_arrays_that_may_be_meant_are_asked_about():
+    n = 40 * MAX_LABELS
+    many = np.arange(n) // 10
+    arrays = {"parts": many, "real": many.astype(float), "numbers": np.arange(n)}
+    one = Mesh(np.zeros((1, 3)), tagged_cells(few=many % 4, stress=many / 7, **arrays))
+    assert doubtful_tags(one) == {"parts": n // 10, "real": n // 10}
+    assert doubtful_tags(with_regions(one, ("few",))) == {}
 
 
 @pytest.mark.parametrize("name", TAG_NAMES)

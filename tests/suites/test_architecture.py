@@ -42,7 +42,7 @@ MAY = {
     "passes": {"errors", "kernels", "work"},
     "plans": {"boundary", "errors", "kernels", "mesh", "passes", "quality", "work"},
     "formats": {"cells", "errors", "mesh"},
-    "report": {"cells", "errors", "quality", "validity"},
+    "report": {"cells", "errors", "mesh", "quality", "validity"},
     "jobs": {"boundary", "cells", "errors", "formats", "mesh", "passes", "plans", "quality",
              "report", "transfer", "validity"},
     "cli": {"boundary", "compiled", "errors", "formats", "jobs", "passes", "plans",

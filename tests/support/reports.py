@@ -79,7 +79,7 @@ SUMMARY_KEYS = {"ne", "np", "worst", "mean", "best", "target", "invalid", "histo
                 "angle_min", "angle_max", "angles_forced", "measures"}  # fmt: skip
 PASS_KEYS = {"round", "name", "visited", "applied", "refused", "seconds", "worst", "mean"}
 TOP_KEYS = {"meshopt", "input", "output", "measure", "dimension", "before", "after", "passes",
-            "stopped", "seconds", "lost"}  # fmt: skip
+            "regions", "stopped", "seconds", "lost"}  # fmt: skip
 FILE_KEYS = {"path", "format", "sha256"}
 
 

@@ -129,13 +129,13 @@ def fields_of(mesh):
 
 
 def with_data(mesh):
-    """A mesh with fields on points and a number on each cell."""
+    """A mesh with fields on points, and on each cell its number, as no number."""
     mesh.point_data |= fields_of(mesh)(mesh.points)
-    mesh.point_data["id"] = np.arange(len(mesh.points), dtype=np.int16)
+    mesh.point_data["place"] = (np.arange(len(mesh.points)) // 2).astype(np.int16)
     kind, first = "tetra" if mesh.dimension() == 3 else "triangle", 0
     for block in mesh.blocks:
         if block.type == kind:
-            block.data["number"] = np.arange(first, first + len(block.cells))
+            block.data["donor"] = np.arange(first, first + len(block.cells)) + 0.5
             block.data["flow"] = np.sqrt(with_depth(mesh.points)[block.cells].mean(axis=1) + 2)
             first += len(block.cells)
     return mesh
@@ -182,12 +182,12 @@ def test_linear_fields_are_exact(pair):
 
 def test_no_value_is_invented(pair):
     mesh, result = pair
-    assert set(result.point_data["id"]) <= set(mesh.point_data["id"])
-    assert result.point_data["id"].dtype == np.int16
-    _, numbers = cells_and(mesh, "number")
-    after, carried = cells_and(result, "number")
-    assert carried.dtype == numbers.dtype
+    assert set(result.point_data["place"]) <= set(mesh.point_data["place"])
+    assert result.point_data["place"].dtype == np.int16
+    _, numbers = cells_and(mesh, "donor")
+    after, carried = cells_and(result, "donor")
     assert set(carried) <= set(numbers)
+    carried = np.floor(carried).astype(int)
     # All arrays of a cell come from one.
     assert np.array_equal(cells_and(result, "flow")[1], cells_and(mesh, "flow")[1][carried])
     # It is the one that holds the centre.
@@ -212,7 +212,7 @@ def test_what_stays_keeps_every_bit(pair):
             assert result.point_data[name][new].tobytes() == values[known].tobytes()
     number = np.full(len(result.points), -1)
     number[new] = known
-    (before, numbers), (after, carried) = cells_and(mesh, "number"), cells_and(result, "number")
+    (before, numbers), (after, carried) = cells_and(mesh, "donor"), cells_and(result, "donor")
     home = {tuple(sorted(cell)): n for cell, n in zip(before.tolist(), numbers, strict=True)}
     same = [(home.get(tuple(sorted(c))), n) for c, n in zip(number[after].tolist(), carried,
                                                             strict=True)]  # fmt: skip
@@ -262,7 +262,7 @@ def test_arrays_on_a_part_of_the_cells(caplog):
     halves = zip((low, ~low), tags, strict=True)
     mesh.blocks = [Block("tetra", cells[rows], data) for rows, data in halves]
     mesh.blocks[0].data["x"] = np.linspace(1, 2, low.sum())
-    mesh.blocks[0].data["n"] = np.arange(low.sum())
+    mesh.blocks[0].data["n"] = np.arange(low.sum()) // 2
     mesh.blocks[1].data["pair"] = np.zeros(((~low).sum(), 2))
     mesh.blocks[0].data["pair"] = np.zeros((low.sum(), 3))
     first, second = optimized(mesh).blocks
@@ -274,14 +274,13 @@ def test_arrays_on_a_part_of_the_cells(caplog):
 
 
 def test_numbers_of_which_few_are_left_make_no_regions():
-    """65 values number the cells; when one of them is gone, the others would pass for tags."""
-    mesh = shaken(tet_grid(4), 0.3, 3)
+    """65 values are no tags; when one of them is gone, the others would pass for tags."""
+    mesh = with_data(shaken(tet_grid(4), 0.3, 3))
     data = mesh.blocks[0].data
-    data["number"] = np.arange(len(mesh.blocks[0].cells))
-    gone = set(data["number"]) - set(cells_and(optimized(mesh), "number")[1])
+    gone = set(data["donor"]) - set(cells_and(optimized(mesh), "donor")[1])
     assert gone
-    data["number"] = data["number"] % MAX_LABELS
-    data["number"][min(gone)] = MAX_LABELS
+    data["number"] = np.arange(len(data["donor"])) % MAX_LABELS
+    data["number"][int(min(gone))] = MAX_LABELS
     left = cells_and(optimized(mesh), "number")[1]
     assert set(left) <= set(range(MAX_LABELS))
 
@@ -299,8 +298,9 @@ def test_only_the_arrays_asked_for_make_regions():
     assert set(cells_and(result, tag)[1]) == set(block.data[tag])
 
 
-@pytest.mark.parametrize("name", ["none", "flow"])
-def test_arrays_that_cannot_make_regions(name):
+def test_arrays_that_cannot_make_regions():
     mesh = with_data(tet_grid(1))
-    with pytest.raises(ConfigError, match=rf"{name}.*choose from number"):
-        with_regions(mesh, (name,))
+    mesh.blocks[0].data["text"] = np.array(["a"] * len(mesh.blocks[0].cells))
+    for name in ("none", "text"):
+        with pytest.raises(ConfigError, match=rf"{name}.*choose from donor, flow"):
+            with_regions(mesh, (name,))

@@ -9,7 +9,7 @@ import numpy as np
 from ...cells import SIMPLICES
 from ...errors import ConfigError
 from ...mesh.model import Array
-from ...mesh.tags import TAG_NAMES
+from ...mesh.tags import TAG_NAMES, regions_in
 from ...quality.gates import Limit
 from ..examination import Examination
 from ..model import ERROR, WARNING, Places, at_cells, rule
@@ -122,7 +122,7 @@ def _cells_in(study: Examination, region: str) -> Array:
     """
     inside = np.zeros(study.n_cells, dtype=bool)
     named = study.mesh.names.get(region)
-    arrays: tuple[str, ...] = TAG_NAMES
+    arrays: tuple[str, ...] = study.mesh.regions or (*TAG_NAMES, *regions_in(study.mesh).arrays)
     if named is not None:
         wanted, arrays = int(named[0]), ("gmsh:physical",)
     elif region.lstrip("-").isdigit():
