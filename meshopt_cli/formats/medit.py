@@ -26,8 +26,6 @@ from .bridge import from_meshio, listening, prepared
 from .sniff import Encoding, UnreadableError
 from .text import lines, rows_of
 
-log = logging.getLogger("meshopt")
-
 # section and its code in binary files of each type of cell
 _CELLS = {
     "line": ("Edges", 5),
@@ -41,9 +39,11 @@ _CELLS = {
 NAMES = {cell_type: name for cell_type, (name, _) in _CELLS.items()}
 CODES = {cell_type: code for cell_type, (_, code) in _CELLS.items()}
 _DIMENSION, _VERTICES, _END = 3, 4, 54
+_LAST = "End"
 _TYPES = {name: cell_type for cell_type, name in NAMES.items()}
 _TYPES["Hexaedra"] = "hexahedron"  # as some programs spell it
-_VALUES = {"MeshVersionFormatted": (b"1", b"2", b"3", b"4"), "Dimension": (b"2", b"3")}
+# bamg counts its versions from 0
+_VALUES = {"MeshVersionFormatted": (b"0", b"1", b"2", b"3", b"4"), "Dimension": (b"2", b"3")}
 _KEYWORD = re.compile(rb"[A-Z][A-Za-z]{2,}\w*")
 
 
@@ -67,7 +67,11 @@ def _read_text(path: Path, data: bytes) -> _Parts:
     lists: dict[str, Array] = {}
     dropped = []
     values: dict[str, int] = {}
+    ended = False
     for name, content in _sections(data):
+        if name == _LAST:
+            ended = True
+            break
         count, rows = [*content.split(None, 1), b"", b""][:2]
         if name in _VALUES:
             if count not in _VALUES[name]:
@@ -93,6 +97,8 @@ def _read_text(path: Path, data: bytes) -> _Parts:
             dropped.append(name)
     if REF not in mesh.point_data:
         raise UnreadableError("there are no Vertices in it")
+    if not ended:
+        dropped.append("what may have followed (it is cut off, or has no End)")
     return mesh, lists, dropped
 
 
@@ -109,11 +115,7 @@ def _sections(data: bytes) -> Iterator[tuple[str, bytes]]:
     words = [m for m in found if m and m[0][:3].lower() not in (b"nan", b"inf")]
     ends = [word.start() for word in words[1:]] + [len(data)]
     for word, end in zip(words, ends, strict=True):
-        name = word[0].decode()
-        if name == "End":
-            return
-        yield name, data[word.end() : end]
-    log.info("the Medit file has no End: it may be truncated")
+        yield word[0].decode(), data[word.end() : end]
 
 
 def _read_binary(path: Path, data: bytes) -> _Parts:

@@ -23,6 +23,7 @@ LISTS = {
     "RequiredEdges": (16, REQUIRED, "line"),
     "RequiredTriangles": (17, REQUIRED, "triangle"),
     "RequiredQuadrilaterals": (18, REQUIRED, "quad"),
+    "RequiredTetrahedra": (12, REQUIRED, "tetra"),  # a code of Mmg's
 }
 # section of vectors and its code, then the section that says which vertex has which
 VECTORS = {

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from meshopt_cli.formats import FORMATS, read, write
+from meshopt_cli.formats import FORMATS, encoding_for, read, write
 from support.encodings import (
     ENCODINGS,
     MEDIT,
@@ -42,6 +42,26 @@ def test_medit_single_precision_keeps_large_references(tmp_path):
     assert mesh.point_data[REF][1] == 16777217
 
 
+def test_bamg_counts_versions_from_zero(tmp_path):
+    """Its sections of the geometry, with names of files and lists, are named."""
+    text = MEDIT.replace("Formatted\n3", 'Formatted 0\nIdentifier\n"G=a.mesh;1"\nSubDomain\n1 2 3')
+    path = text_mesh(tmp_path, text, "mesh.mesh")
+    mesh, source = read(path)
+    assert mesh.points.dtype == np.float64
+    assert {"Identifier", "SubDomain"} <= set(source.lost)
+    write(path, mesh, encoding_for(path, source.encoding))
+    assert_same(read(path)[0], mesh)
+    assert read(path)[1].encoding.version == "2"
+
+
+@pytest.mark.parametrize("at", ["End", "Tetrahedra", "RequiredVertices"])
+def test_a_medit_file_that_is_cut_off_between_sections_says_so(tmp_path, at):
+    whole = read(text_mesh(tmp_path, MEDIT, "mesh.mesh"))[1]
+    cut = read(text_mesh(tmp_path, MEDIT[: MEDIT.index(at)], "mesh.mesh"))[1]
+    assert not any("cut off" in one for one in whole.lost)
+    assert any("cut off" in one for one in cut.lost)
+
+
 def test_medit_has_one_section_for_each_type(tmp_path):
     path = tmp_path / "mesh.mesh"
     write(path, tets(), FORMATS["medit"].default)
@@ -76,7 +96,7 @@ def with_lists(mesh):
         mesh.point_data[name] = vectors
     for i, block in enumerate(mesh.blocks):
         block.data = {REF: np.full(len(block.cells), i)}
-        if block.type in ("line", "triangle"):
+        if block.type in ("line", "triangle", "tetra"):
             block.data["medit:required"] = np.array([1] * len(block.cells), np.uint8)
         if block.type == "line":
             block.data["medit:ridge"] = np.array([0, 1], np.uint8)
