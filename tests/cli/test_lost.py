@@ -1,4 +1,4 @@
-"""What does not go over is named: what was not read, what did not follow, what cannot be written."""
+"""What does not go over is named: what was not read, and what cannot be written."""
 
 import json
 
