@@ -26,18 +26,24 @@ from .bridge import from_meshio, listening, prepared
 from .sniff import Encoding, UnreadableError
 from .text import lines, rows_of
 
-# section and its code in binary files of each type of cell
+# section, its code in binary files, and nodes of each type of cell
 _CELLS = {
-    "line": ("Edges", 5),
-    "triangle": ("Triangles", 6),
-    "quad": ("Quadrilaterals", 7),
-    "tetra": ("Tetrahedra", 8),
-    "wedge": ("Prisms", 9),
-    "hexahedron": ("Hexahedra", 10),
-    "pyramid": ("Pyramids", 49),
+    "line": ("Edges", 5, 2),
+    "triangle": ("Triangles", 6, 3),
+    "quad": ("Quadrilaterals", 7, 4),
+    "tetra": ("Tetrahedra", 8, 4),
+    "wedge": ("Prisms", 9, 6),
+    "hexahedron": ("Hexahedra", 10, 8),
+    "pyramid": ("Pyramids", 49, 5),
+    "line3": ("EdgesP2", 25, 3),
+    "triangle6": ("TrianglesP2", 24, 6),
+    "tetra10": ("TetrahedraP2", 30, 10),
 }
-NAMES = {cell_type: name for cell_type, (name, _) in _CELLS.items()}
-CODES = {cell_type: code for cell_type, (_, code) in _CELLS.items()}
+NAMES = {cell_type: name for cell_type, (name, _, _) in _CELLS.items()}
+CODES = {cell_type: code for cell_type, (_, code, _) in _CELLS.items()}
+_CURVED = {code: cell_type for cell_type, code in CODES.items() if cell_type not in FAMILIES}
+# Sections of other cells with nodes besides corners, and of orders of their nodes.
+_OTHER_CELLS = re.compile(r"[A-Z][a-z]+[PQ][0-9]+(Ordering)?")
 _DIMENSION, _VERTICES, _END = 3, 4, 54
 _LAST = "End"
 _TYPES = {name: cell_type for cell_type, name in NAMES.items()}
@@ -87,19 +93,26 @@ def _read_text(path: Path, data: bytes) -> _Parts:
                 mesh.points = np.ascontiguousarray(table[:, :dimension])
                 mesh.point_data[REF] = table[:, dimension].astype(np.int64)
             elif name in _TYPES:
-                table = rows_of(name, rows, n, np.int64, FAMILIES[_TYPES[name]].n_corners + 1)
+                table = rows_of(name, rows, n, np.int64, _CELLS[_TYPES[name]][2] + 1)
                 mesh.blocks.append(Block(_TYPES[name], table[:, :-1] - 1, {REF: table[:, -1]}))
             elif n:
                 kind = np.float64 if medit_lists.kind_of(name) == "f" else np.int64
                 width = medit_lists.width_of(name, dimension)
                 lists[name] = rows_of(name, rows, n, kind, width)
         elif count != b"0":
-            dropped.append(name)
+            dropped.append(_left_out(name))
     if REF not in mesh.point_data:
         raise UnreadableError("there are no Vertices in it")
     if not ended:
         dropped.append("what may have followed (it is cut off, or has no End)")
     return mesh, lists, dropped
+
+
+def _left_out(name: str) -> str:
+    """The name of a section that is not read, if the mesh is a mesh without it."""
+    if _OTHER_CELLS.fullmatch(name):
+        raise UnreadableError(f"{name} are not supported: save it with cells of first order")
+    return name
 
 
 def _sections(data: bytes) -> Iterator[tuple[str, bytes]]:
@@ -121,17 +134,23 @@ def _sections(data: bytes) -> Iterator[tuple[str, bytes]]:
 def _read_binary(path: Path, data: bytes) -> _Parts:
     import meshio.medit
 
-    plain, lists, dropped = _plain_binary(data)
+    plain, curved, lists, dropped = _plain_binary(data)
     # meshio goes by the last letter of a name
     with prepared(path, b"", plain, "mesh.meshb") as copy, listening(logging.WARNING):
         mesh = from_meshio(meshio.medit.read(copy))
+    mesh.blocks += [Block(kind, rows[:, :-1] - 1, {REF: rows[:, -1]}) for kind, rows in curved]
     for data_of in (mesh.point_data, *(block.data for block in mesh.blocks)):
         data_of[REF] = data_of[REF].astype(np.int64)
     return mesh, lists, dropped
 
 
-def _plain_binary(data: bytes) -> tuple[bytes, dict[str, Array], list[str]]:
-    """Keep what meshio can read; each section says where the next starts."""
+def _plain_binary(
+    data: bytes,
+) -> tuple[bytes, list[tuple[str, Array]], dict[str, Array], list[str]]:
+    """Keep what meshio can read; each section says where the next starts.
+
+    Cells of second order are rows of nodes from 1 and a reference, by their type.
+    """
     from meshio.medit._medit_internal import medit_codes
 
     order = "<" if data[:4] == b"\1\0\0\0" else ">"
@@ -143,25 +162,33 @@ def _plain_binary(data: bytes) -> tuple[bytes, dict[str, Array], list[str]]:
     at, plain, dimension = 8, [data[:8]], 3
     lists: dict[str, Array] = {}
     dropped: list[str] = []
+    curved: list[tuple[str, Array]] = []
+
+    def table(kind: str, width: int, start: int, after: int) -> Array:
+        count = int(np.frombuffer(data, kinds["i"], 1, start)[0])
+        rows = np.frombuffer(data[:after], kinds[kind], count * width, start + size)
+        return rows.astype(kind + "8").reshape(count, width)
+
     while at + head.size <= len(data):
         code, after = head.unpack_from(data, at)
         if code == _END:
-            return b"".join([*plain, data[at:]]), lists, dropped
+            return b"".join([*plain, data[at:]]), curved, lists, dropped
         if not at < after <= len(data):
             break
         start, name = at + head.size, medit_lists.CODES.get(code, "")
-        if code in (_DIMENSION, _VERTICES, *CODES.values()):
+        if code in _CURVED:
+            curved.append((_CURVED[code], table("i", _CELLS[_CURVED[code]][2] + 1, start, after)))
+        elif code in (_DIMENSION, _VERTICES, *CODES.values()):
             plain.append(data[at:after])
             if code == _DIMENSION:
                 (dimension,) = struct.unpack_from(order + "i", data, start)
         elif name:
-            kind, width = medit_lists.kind_of(name), medit_lists.width_of(name, dimension)
-            count = int(np.frombuffer(data, kinds["i"], 1, start)[0])
-            rows = np.frombuffer(data[:after], kinds[kind], count * width, start + size)
-            if count:
-                lists[name] = rows.astype(kind + "8").reshape(count, width)
+            width = medit_lists.width_of(name, dimension)
+            rows = table(medit_lists.kind_of(name), width, start, after)
+            if len(rows):
+                lists[name] = rows
         elif any(data[start : start + 4]):  # the count of its rows
-            dropped.append(medit_codes.get(code, (f"Gmf{code}",))[0][3:])
+            dropped.append(_left_out(medit_codes.get(code, (f"Gmf{code}",))[0][3:]))
         at = after
     raise UnreadableError("it ends in the middle of a section")
 

@@ -158,8 +158,8 @@ def test_names_that_vtk_cannot_hold(tmp_path, name):
 
 
 def test_cells_that_a_format_has_not(tmp_path):
-    mesh = Mesh(np.zeros((6, 3)), [Block("triangle6", ints(range(6)))])
-    with pytest.raises(WriteError, match="triangle6"):
+    mesh = Mesh(np.zeros((9, 3)), [Block("quad9", ints(range(9)))])
+    with pytest.raises(WriteError, match="quad9"):
         write(tmp_path / "mesh.mesh", mesh, FORMATS["medit"].default)
     assert list(tmp_path.iterdir()) == []
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from meshopt_cli.formats import FORMATS, encoding_for, read, write
+from meshopt_cli.mesh.model import Block, Mesh
 from support.encodings import (
     ENCODINGS,
     MEDIT,
@@ -205,3 +206,23 @@ def test_medit_binary_of_the_other_byte_order(tmp_path):
 )
 def test_medit_files_that_are_refused(tmp_path, old, new, words):
     assert_unreadable(text_mesh(tmp_path, MEDIT.replace(old, new, 1), "mesh.mesh"), *words)
+
+
+@pytest.mark.parametrize("name", ["medit", "meditb"])
+def test_medit_cells_of_second_order(tmp_path, name):
+    """The sections are those that Gmsh writes, with the nodes in the same order."""
+    nodes = {"line3": 3, "triangle6": 6, "tetra10": 10}
+    rows = [(kind, np.arange(n)[None], {REF: np.array([n])}) for kind, n in nodes.items()]
+    points = np.random.default_rng(0).random((10, 3))
+    mesh = Mesh(points, [Block(*row) for row in rows], {REF: np.zeros(10, int)})
+    path = path_for(tmp_path, FORMATS[name].default)
+    write(path, mesh, FORMATS[name].default)
+    again, source = read(path)
+    assert_same(again, mesh)
+    assert source.lost == ()
+
+
+@pytest.mark.parametrize("section", ["HexahedraQ2", "TrianglesP3", "TetrahedraP2Ordering"])
+def test_medit_cells_that_cannot_be_read_are_no_less_of_a_mesh(tmp_path, section):
+    text = MEDIT.replace("Corners\n0", f"{section}\n1\n1 2 3 4 1 2 3 4")
+    assert_unreadable(text_mesh(tmp_path, text, "mesh.mesh"), section, "first order")
