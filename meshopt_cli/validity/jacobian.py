@@ -1,0 +1,224 @@
+"""Where the Jacobian of cells is not positive: proven by bounds, for M105.
+
+The Jacobian of an isoparametric cell, the determinant of the derivatives of its coordinates by
+those of the reference cell, is a polynomial. Its Bernstein coefficients bound it from below; where
+they leave a doubt the cell is divided until it is decided.
+
+- Pyramids: by (a, b, w) of `elements` the determinant has the factor w squared, which the change
+  from (x, y, z) takes away: what is left is a polynomial, and it is that which is bounded, up to
+  the top, where it still depends on the direction.
+- Surfaces in space: instead of the determinant, the part of the normal along the mean normal of
+  the cell. A cell that is curved by 90 degrees or more to one side of that cannot be told from one
+  that is folded, and is named.
+- Triangles and tetrahedra of first order have one Jacobian, that of quads in the plane is linear,
+  that of pyramids of first order is bilinear over the base (the parts with three derivatives of
+  the base cancel): their corners decide, and M101, M102 and M104 look at these.
+
+Sources: A. Johnen, J.-F. Remacle, C. Geuzaine, "Geometrical validity of curvilinear finite
+elements", J. Comput. Phys. 233 (2013); A. Johnen, C. Geuzaine, "Geometrical validity of
+curvilinear pyramidal finite elements", J. Comput. Phys. 299 (2015); A. Johnen, J.-C. Weill,
+J.-F. Remacle, "Robust and efficient validation of the linear hexahedral element" (2017).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from ..cells import FAMILIES
+from ..elements import ELEMENTS, Element, element_of
+from ..mesh.model import Array, Mesh, top_blocks
+from ..mesh.sizes import norms, triple
+from .bernstein import NOT_ABOVE, UNDECIDED, Basis, basis
+from .study import Study
+
+# A Jacobian that is no more than this part of its greatest size in the cell is not positive.
+POSITIVE = 1e-10
+
+AT_CORNER, INSIDE, UNPROVEN = range(3)
+KINDS = (
+    "the Jacobian falls to {:.2g} of its greatest size at a corner of the cell",
+    "the Jacobian falls to {:.2g} of its greatest size inside the cell",
+    "the Jacobian is not proven positive: it falls to {:.2g} of its greatest size inside the cell",
+)
+
+_CHUNK = 1 << 16  # points of all cells at which Jacobians are taken at a time
+_CORNERS_DECIDE = ("triangle", "tetra", "pyramid")
+
+
+class Doubtful(NamedTuple):
+    """Cells whose Jacobian is not positive, or not proven to be.
+
+    Attributes
+    ----------
+    numbers : (n,) int64
+        Of the cells, in order.
+    kinds : (n,) int64
+        `AT_CORNER`, `INSIDE`, or `UNPROVEN`.
+    ratio : (n,) float64
+        The least value that was seen, as a part of the greatest size.
+    """
+
+    numbers: Array
+    kinds: Array
+    ratio: Array
+
+
+class _Table(NamedTuple):
+    """What is known of the Jacobian of an element before any cell is seen."""
+
+    basis: Basis
+    slopes: Array  # (d, m, k): derivatives of the shape functions at the points of the basis
+    reach: float  # how far a derivative moves, at most, when all nodes do by 1
+
+
+def not_positive(study: Study, explained: Array) -> Doubtful:
+    """The cells whose Jacobian is not positive everywhere.
+
+    The sign of a Jacobian is taken from the corners of its cell: which way they run is a matter
+    of other rules. Where the rounding of the coordinates alone may have made a Jacobian negative,
+    as in very thin cells, it counts as positive.
+
+    Parameters
+    ----------
+    explained : (n_cells,) bool
+        Cells with corners that are found wrong already: they are left out.
+    """
+    sound = np.zeros(study.n_cells, dtype=bool)
+    for group in study.cell_sets:
+        sound[group.numbers] = True
+    sound &= ~explained
+    parts = [Doubtful(*(np.empty(0, kind) for kind in (np.int64, np.int64, np.float64)))]
+    for block, first in zip(study.mesh.blocks, study.offsets, strict=False):
+        cells = np.asarray(block.cells)
+        element = element_of(block.type, np.shape(cells)[-1])
+        if element is None or _is_settled(element, study):
+            continue
+        rows = np.flatnonzero(sound[first : first + len(cells)])
+        if not study.finite.all():
+            rows = rows[study.finite[cells[rows]].all(axis=1)]
+        parts.extend(_judged(study, element, cells[rows], rows + first))
+    return Doubtful(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+def not_looked_at(mesh: Mesh) -> dict[str, int]:
+    """How many cells of the top dimension there are of types whose Jacobian is not known."""
+    counts: dict[str, int] = {}
+    for block in top_blocks(mesh):
+        if element_of(block.type, np.shape(block.cells)[-1]) is None:
+            counts[block.type] = counts.get(block.type, 0) + len(block.cells)
+    return counts if mesh.dimension() > 1 else {}
+
+
+def _is_settled(element: Element, study: Study) -> bool:
+    """Whether the corners have decided already."""
+    return element.name in _CORNERS_DECIDE or (element.name == "quad" and study.plane is not None)
+
+
+def _judged(
+    study: Study, element: Element, cells: Array, numbers: Array
+) -> Iterator[Doubtful]:
+    """Those of some cells of one type that are not positive, a part of the cells at a time."""
+    points, noise = (study.points, study.noise) if study.plane is None else study.plane[:2]
+    table = _table(element.name)
+    step = max(1, _CHUNK // len(table.basis.points))
+    for start in range(0, len(cells), step):
+        part = cells[start : start + step]
+        corners = points[part] - points[part[:, :1]]
+        places = np.ascontiguousarray(corners.transpose(1, 2, 0))
+        found = _judge(table, element, places, noise[part].max(axis=1))
+        yield found._replace(numbers=numbers[start + found.numbers])
+
+
+def _judge(table: _Table, element: Element, places: Array, noise: Array) -> Doubtful:
+    """Look at cells by the places of their nodes, (k, 2 or 3, n): their rows in place of numbers.
+
+    Most cells are positive by their coefficients, and cost no more than these.
+    """
+    values = jacobians(table, element, places)
+    coefficients = table.basis.from_values @ values
+    greatest = np.abs(values).max(axis=0)
+    rows = np.flatnonzero(~(coefficients.min(axis=0) > POSITIVE * greatest))
+    values, greatest = values[:, rows], greatest[rows]
+    bound = POSITIVE * greatest - _rounding(table, places[..., rows], noise[rows])
+    verdict, least = table.basis.judge(coefficients[:, rows].T, bound)
+    least = np.minimum(least, values.min(axis=0))
+    verdict[least <= bound] = NOT_ABOVE
+    at_corner = (values[table.basis.corners] <= bound).any(axis=0)
+    kinds = np.where(at_corner, AT_CORNER, np.where(verdict == UNDECIDED, UNPROVEN, INSIDE))
+    wrong = np.isin(verdict, [NOT_ABOVE, UNDECIDED])
+    ratio = least / np.where(greatest > 0.0, greatest, 1.0)
+    return Doubtful(rows[wrong], kinds[wrong], ratio[wrong])
+
+
+def jacobians(table: _Table, element: Element, places: Array) -> Array:
+    """Jacobians at the points of the basis, (m, n), positive where cells run as their corners do.
+
+    Parameters
+    ----------
+    places : (k, c, n) float64
+        Coordinates of the nodes, c of them: 2 in the plane.
+    """
+    columns = _columns(table, places)
+    if len(columns) == 3:
+        return triple(*columns) * _signs(element, places)
+    a, b = columns
+    if places.shape[1] == 2:
+        return (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) * _signs(element, places)
+    normals = np.cross(a, b, axis=1)
+    # All Bernstein polynomials have the same integral.
+    weights = table.basis.from_values.mean(axis=0)
+    mean = np.tensordot(weights, normals, axes=1)
+    length = norms(mean.T)
+    return np.einsum("mcn,cn->mn", normals, mean / np.where(length > 0.0, length, 1.0))
+
+
+def _signs(element: Element, places: Array) -> Array:
+    """1 where the first corner of a cell is positive, -1 where it is negative."""
+    apex, *others = FAMILIES[element.family].corners[0]
+    edges = np.moveaxis(places[others] - places[apex], 2, 0)
+    return np.sign(np.linalg.det(edges))
+
+
+def _columns(table: _Table, places: Array) -> list[Array]:
+    """Derivatives of the coordinates by each of the reference cell, (m, c, n) each."""
+    k, c, n = places.shape
+    return [(slope @ places.reshape(k, c * n)).reshape(len(slope), c, n) for slope in table.slopes]
+
+
+def _rounding(table: _Table, places: Array, noise: Array) -> Array:
+    """How much the rounding of the coordinates may add to the Jacobian of each cell, (n,)."""
+    lengths = [norms(np.moveaxis(column, 1, -1)) for column in _columns(table, places)]
+    if len(lengths) == 2:
+        sides = lengths[0] + lengths[1]
+    else:
+        a, b, c = lengths
+        sides = a * b + b * c + c * a
+    return table.reach * noise * sides.max(axis=0)
+
+
+@cache
+def _table(name: str) -> _Table:
+    element = ELEMENTS[name]
+    found = basis(element.factors, _degrees(element))
+    slopes = element.slopes(found.points)
+    return _Table(found, slopes, float(np.abs(slopes).sum(axis=2).max()))
+
+
+def _degrees(element: Element) -> tuple[int, ...]:
+    """Degree of the Jacobian over each factor of the reference cell: that of a product of
+    derivatives, one by each coordinate."""
+    degrees, start = [], 0
+    for width in element.factors:
+        own = slice(start, start + width)
+        degrees.append(
+            sum(
+                int(element.slope_powers(axis)[element.powers[:, axis] > 0, own].sum(axis=1).max())
+                for axis in range(element.powers.shape[1])
+            )
+        )
+        start += width
+    return tuple(degrees)
