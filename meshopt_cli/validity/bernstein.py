@@ -60,9 +60,27 @@ class Basis:
         return np.flatnonzero([all(row) for row in product(*ends)])
 
     @cached_property
-    def from_values(self) -> Array:
-        """Matrix from values at `points` to coefficients, (n, n)."""
-        return reduce(np.kron, self._inverses)
+    def weights(self) -> Array:
+        """Weights of the values at `points` in the mean of a polynomial, (n,): that of the
+        coefficients, since all Bernstein polynomials of a degree have the same integral."""
+        return reduce(np.kron, [inverse.mean(axis=0) for inverse in self._inverses])
+
+    def coefficients(self, values: Array) -> Array:
+        """Coefficients (m, n) of m polynomials from their values at `points`, (m, n).
+
+        One factor after the other, a small product for each polynomial: large ones would be
+        shared among threads, which costs more than it gives where these are busy.
+        """
+        left, result = len(values), values
+        for inverse in self._inverses:
+            size = len(inverse)
+            right = max(1, values.size // max(1, left * size))
+            if right == 1:
+                result = result.reshape(len(values), -1, size) @ inverse.T
+            else:
+                result = inverse @ result.reshape(left, size, right)
+            left *= size
+        return result.reshape(values.shape)
 
     @cached_property
     def _parts(self) -> list[Array]:

@@ -40,12 +40,12 @@ POSITIVE = 1e-10
 
 AT_CORNER, INSIDE, UNPROVEN = range(3)
 KINDS = (
-    "the Jacobian falls to {:.2g} of its greatest size at a corner of the cell",
-    "the Jacobian falls to {:.2g} of its greatest size inside the cell",
-    "the Jacobian is not proven positive: it falls to {:.2g} of its greatest size inside the cell",
+    "the Jacobian is as low as {:.2g} of its greatest size at a corner of the cell",
+    "the Jacobian is as low as {:.2g} of its greatest size inside the cell",
+    "the Jacobian is as low as {:.2g} of its greatest size inside the cell: not proven positive",
 )
 
-_CHUNK = 1 << 16  # points of all cells at which Jacobians are taken at a time
+_CHUNK = 1 << 15  # points of all cells at which Jacobians are taken at a time
 _CORNERS_DECIDE = ("triangle", "tetra", "pyramid")
 
 
@@ -59,7 +59,7 @@ class Doubtful(NamedTuple):
     kinds : (n,) int64
         `AT_CORNER`, `INSIDE`, or `UNPROVEN`.
     ratio : (n,) float64
-        The least value that was seen, as a part of the greatest size.
+        The least value that was seen, at a corner or wherever, as a part of the greatest size.
     """
 
     numbers: Array
@@ -71,7 +71,7 @@ class _Table(NamedTuple):
     """What is known of the Jacobian of an element before any cell is seen."""
 
     basis: Basis
-    slopes: Array  # (d, m, k): derivatives of the shape functions at the points of the basis
+    slopes: Array  # (k, d * m): derivatives of the shape functions at the points of the basis
     reach: float  # how far a derivative moves, at most, when all nodes do by 1
 
 
@@ -127,39 +127,39 @@ def _judged(
     step = max(1, _CHUNK // len(table.basis.points))
     for start in range(0, len(cells), step):
         part = cells[start : start + step]
-        corners = points[part] - points[part[:, :1]]
-        places = np.ascontiguousarray(corners.transpose(1, 2, 0))
+        places = (points[part] - points[part[:, :1]]).transpose(0, 2, 1)
         found = _judge(table, element, places, noise[part].max(axis=1))
         yield found._replace(numbers=numbers[start + found.numbers])
 
 
 def _judge(table: _Table, element: Element, places: Array, noise: Array) -> Doubtful:
-    """Look at cells by the places of their nodes, (k, 2 or 3, n): their rows in place of numbers.
+    """Look at cells by the places of their nodes, (n, c, k): their rows in place of numbers.
 
     Most cells are positive by their coefficients, and cost no more than these.
     """
     values = jacobians(table, element, places)
-    coefficients = table.basis.from_values @ values
-    greatest = np.abs(values).max(axis=0)
-    rows = np.flatnonzero(~(coefficients.min(axis=0) > POSITIVE * greatest))
-    values, greatest = values[:, rows], greatest[rows]
-    bound = POSITIVE * greatest - _rounding(table, places[..., rows], noise[rows])
-    verdict, least = table.basis.judge(coefficients[:, rows].T, bound)
-    least = np.minimum(least, values.min(axis=0))
+    coefficients = table.basis.coefficients(values)
+    greatest = np.abs(values).max(axis=1)
+    rows = np.flatnonzero(~(coefficients.min(axis=1) > POSITIVE * greatest))
+    values, greatest = values[rows], greatest[rows]
+    bound = POSITIVE * greatest - _rounding(table, places[rows], noise[rows])
+    verdict, least = table.basis.judge(coefficients[rows], bound)
+    least = np.minimum(least, values.min(axis=1))
     verdict[least <= bound] = NOT_ABOVE
-    at_corner = (values[table.basis.corners] <= bound).any(axis=0)
+    in_corners = values[:, table.basis.corners].min(axis=1)
+    at_corner = in_corners <= bound
     kinds = np.where(at_corner, AT_CORNER, np.where(verdict == UNDECIDED, UNPROVEN, INSIDE))
     wrong = np.isin(verdict, [NOT_ABOVE, UNDECIDED])
-    ratio = least / np.where(greatest > 0.0, greatest, 1.0)
+    ratio = np.where(at_corner, in_corners, least) / np.where(greatest > 0.0, greatest, 1.0)
     return Doubtful(rows[wrong], kinds[wrong], ratio[wrong])
 
 
 def jacobians(table: _Table, element: Element, places: Array) -> Array:
-    """Jacobians at the points of the basis, (m, n), positive where cells run as their corners do.
+    """Jacobians at the points of the basis, (n, m), positive where cells run as their corners do.
 
     Parameters
     ----------
-    places : (k, c, n) float64
+    places : (n, c, k) float64
         Coordinates of the nodes, c of them: 2 in the plane.
     """
     columns = _columns(table, places)
@@ -169,35 +169,34 @@ def jacobians(table: _Table, element: Element, places: Array) -> Array:
     if places.shape[1] == 2:
         return (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) * _signs(element, places)
     normals = np.cross(a, b, axis=1)
-    # All Bernstein polynomials have the same integral.
-    weights = table.basis.from_values.mean(axis=0)
-    mean = np.tensordot(weights, normals, axes=1)
-    length = norms(mean.T)
-    return np.einsum("mcn,cn->mn", normals, mean / np.where(length > 0.0, length, 1.0))
+    mean = normals @ table.basis.weights
+    length = norms(mean)[:, None]
+    return np.einsum("ncm,nc->nm", normals, mean / np.where(length > 0.0, length, 1.0))
 
 
 def _signs(element: Element, places: Array) -> Array:
-    """1 where the first corner of a cell is positive, -1 where it is negative."""
+    """1 where the first corner of a cell is positive, -1 where it is negative, (n, 1)."""
     apex, *others = FAMILIES[element.family].corners[0]
-    edges = np.moveaxis(places[others] - places[apex], 2, 0)
-    return np.sign(np.linalg.det(edges))
+    return np.sign(np.linalg.det(places[..., others] - places[..., [apex]]))[:, None]
 
 
 def _columns(table: _Table, places: Array) -> list[Array]:
-    """Derivatives of the coordinates by each of the reference cell, (m, c, n) each."""
-    k, c, n = places.shape
-    return [(slope @ places.reshape(k, c * n)).reshape(len(slope), c, n) for slope in table.slopes]
+    """Derivatives of the coordinates by each of the reference cell, (n, c, m) each."""
+    m = len(table.basis.points)
+    # A small product for each cell, as in `Basis.coefficients`.
+    slopes = places @ table.slopes
+    return [slopes[..., start : start + m] for start in range(0, slopes.shape[2], m)]
 
 
 def _rounding(table: _Table, places: Array, noise: Array) -> Array:
     """How much the rounding of the coordinates may add to the Jacobian of each cell, (n,)."""
-    lengths = [norms(np.moveaxis(column, 1, -1)) for column in _columns(table, places)]
+    lengths = [np.sqrt(np.sum(column**2, axis=1)) for column in _columns(table, places)]
     if len(lengths) == 2:
         sides = lengths[0] + lengths[1]
     else:
         a, b, c = lengths
         sides = a * b + b * c + c * a
-    return table.reach * noise * sides.max(axis=0)
+    return table.reach * noise * sides.max(axis=1)
 
 
 @cache
@@ -205,7 +204,8 @@ def _table(name: str) -> _Table:
     element = ELEMENTS[name]
     found = basis(element.factors, _degrees(element))
     slopes = element.slopes(found.points)
-    return _Table(found, slopes, float(np.abs(slopes).sum(axis=2).max()))
+    columns = np.concatenate(slopes).T
+    return _Table(found, columns, float(np.abs(columns).sum(axis=0).max()))
 
 
 def _degrees(element: Element) -> tuple[int, ...]:
