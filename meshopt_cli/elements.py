@@ -13,21 +13,21 @@ rational in x, y and z, are polynomials in (a, b, w).
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 
 import numpy as np
 
-from .cells import FAMILIES, Family, family_of
+from .cells import family_of
 
 Array = np.ndarray
 
 # Corners of each family in reference coordinates: those of a pyramid in (a, b, w).
 _SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
 _TRIANGLE = [(0, 0), (1, 0), (0, 1)]
-_CORNERS: dict[str, list[tuple[int, ...]]] = {
+_CORNERS: dict[str, Sequence[tuple[int, ...]]] = {
     "triangle": _TRIANGLE,
     "quad": _SQUARE,
     "tetra": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],

@@ -196,7 +196,7 @@ def _divisions(lattice: Array, inverse: Array) -> Array:
 def _between(*pairs: str) -> Array:
     """A simplex by middles of edges of another: "01" is that of its corners 0 and 1."""
     n = len(pairs)
-    return np.array([(np.eye(n)[int(a)] + np.eye(n)[int(b)]) / 2 for a, b in pairs])
+    return np.array([(np.eye(n)[int(pair[0])] + np.eye(n)[int(pair[1])]) / 2 for pair in pairs])
 
 
 # Parts of a simplex, half as large, by the barycentric coordinates of their corners. What is left

@@ -67,7 +67,7 @@ class Doubtful(NamedTuple):
     ratio: Array
 
 
-class _Table(NamedTuple):
+class Table(NamedTuple):
     """What is known of the Jacobian of an element before any cell is seen."""
 
     basis: Basis
@@ -118,12 +118,10 @@ def _is_settled(element: Element, study: Study) -> bool:
     return element.name in _CORNERS_DECIDE or (element.name == "quad" and study.plane is not None)
 
 
-def _judged(
-    study: Study, element: Element, cells: Array, numbers: Array
-) -> Iterator[Doubtful]:
+def _judged(study: Study, element: Element, cells: Array, numbers: Array) -> Iterator[Doubtful]:
     """Those of some cells of one type that are not positive, a part of the cells at a time."""
     points, noise = (study.points, study.noise) if study.plane is None else study.plane[:2]
-    table = _table(element.name)
+    table = table_of(element.name)
     step = max(1, _CHUNK // len(table.basis.points))
     for start in range(0, len(cells), step):
         part = cells[start : start + step]
@@ -132,7 +130,7 @@ def _judged(
         yield found._replace(numbers=numbers[start + found.numbers])
 
 
-def _judge(table: _Table, element: Element, places: Array, noise: Array) -> Doubtful:
+def _judge(table: Table, element: Element, places: Array, noise: Array) -> Doubtful:
     """Look at cells by the places of their nodes, (n, c, k): their rows in place of numbers.
 
     Most cells are positive by their coefficients, and cost no more than these.
@@ -154,7 +152,7 @@ def _judge(table: _Table, element: Element, places: Array, noise: Array) -> Doub
     return Doubtful(rows[wrong], kinds[wrong], ratio[wrong])
 
 
-def jacobians(table: _Table, element: Element, places: Array) -> Array:
+def jacobians(table: Table, element: Element, places: Array) -> Array:
     """Jacobians at the points of the basis, (n, m), positive where cells run as their corners do.
 
     Parameters
@@ -170,6 +168,9 @@ def jacobians(table: _Table, element: Element, places: Array) -> Array:
         return (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) * _signs(element, places)
     normals = np.cross(a, b, axis=1)
     mean = normals @ table.basis.weights
+    mean *= np.where(np.einsum("nc,nc->n", mean, _straight(element, places)) < 0, -1.0, 1.0)[
+        :, None
+    ]
     length = norms(mean)[:, None]
     return np.einsum("ncm,nc->nm", normals, mean / np.where(length > 0.0, length, 1.0))
 
@@ -180,7 +181,14 @@ def _signs(element: Element, places: Array) -> Array:
     return np.sign(np.linalg.det(places[..., others] - places[..., [apex]]))[:, None]
 
 
-def _columns(table: _Table, places: Array) -> list[Array]:
+def _straight(element: Element, places: Array) -> Array:
+    """Normals of faces in space by their corners only, (n, 3)."""
+    halves = FAMILIES[element.family].partitions[0]
+    starts, one, other = (places[..., halves[:, k]] for k in range(3))
+    return np.cross(one - starts, other - starts, axis=1).sum(axis=2)
+
+
+def _columns(table: Table, places: Array) -> list[Array]:
     """Derivatives of the coordinates by each of the reference cell, (n, c, m) each."""
     m = len(table.basis.points)
     # A small product for each cell, as in `Basis.coefficients`.
@@ -188,7 +196,7 @@ def _columns(table: _Table, places: Array) -> list[Array]:
     return [slopes[..., start : start + m] for start in range(0, slopes.shape[2], m)]
 
 
-def _rounding(table: _Table, places: Array, noise: Array) -> Array:
+def _rounding(table: Table, places: Array, noise: Array) -> Array:
     """How much the rounding of the coordinates may add to the Jacobian of each cell, (n,)."""
     lengths = [np.sqrt(np.sum(column**2, axis=1)) for column in _columns(table, places)]
     if len(lengths) == 2:
@@ -200,12 +208,13 @@ def _rounding(table: _Table, places: Array, noise: Array) -> Array:
 
 
 @cache
-def _table(name: str) -> _Table:
+def table_of(name: str) -> Table:
+    """The row of a type of `elements.ELEMENTS`, made once."""
     element = ELEMENTS[name]
     found = basis(element.factors, _degrees(element))
     slopes = element.slopes(found.points)
     columns = np.concatenate(slopes).T
-    return _Table(found, columns, float(np.abs(columns).sum(axis=0).max()))
+    return Table(found, columns, float(np.abs(columns).sum(axis=0).max()))
 
 
 def _degrees(element: Element) -> tuple[int, ...]:

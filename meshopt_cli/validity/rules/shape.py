@@ -78,12 +78,11 @@ def find_bad_quads(study: Examination) -> Places:
 @rule(
     "M105",
     ERROR,
-    "Jacobian not positive",
-    explanation="The Jacobian of a cell is negative or zero inside, or at a corner, though no "
-    "corner is inverted.",
+    "cell whose Jacobian is not positive",
+    explanation="The Jacobian of a cell falls to zero or below, though its corners are in order.",
     source="Johnen, Remacle, Geuzaine 2013",
-    fix="Move middle nodes towards the middles of their edges, or put nodes in the order of the "
-    "format; straighten cells of first order. For quarter-point cells at a crack tip: --ignore M105.",
+    fix="Move middle nodes towards the middles of their edges, or list nodes in the order of the "
+    "format; straighten cells of first order. Cells with quarter points, meant: --ignore M105.",
 )
 def find_jacobians(study: Examination) -> Places:
     found = not_positive(study, study.explained)
