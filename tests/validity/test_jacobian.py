@@ -200,19 +200,44 @@ def test_what_other_rules_name_is_not_named_again():
     assert codes(one("tetra10", flat)) == ("M102",)
 
 
-@examples(60)
-@given(seeds, st.floats(-12, 0), st.sampled_from([np.float32, np.float64]), st.booleans())
-def test_thin_straight_tets_that_corners_allow_are_valid(seed, power, kind, far):
-    """Rounded middle nodes of cells that are hardly thicker than rounding prove nothing."""
+def thin(seed, height, far, kind):
+    """A straight tetrahedron of second order, as thin as is told, and stored in some precision."""
     generator = np.random.default_rng(seed)
     corners = generator.uniform(size=(4, 3))
-    corners[3] = corners[:3].mean(axis=0) + 10.0**power * (corners[3] - corners[:3].mean(axis=0))
-    corners += 10.0 * far
-    assume(np.linalg.det(corners[1:] - corners[0]) > 0)
-    of = one("tetra10", middles_of("tetra10", corners.astype(kind)))
+    normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+    corners[3] = corners[:3].mean(axis=0) + height * normal / np.linalg.norm(normal)
+    of = one("tetra10", middles_of("tetra10", (corners + far).astype(kind)).astype(kind))
     of.points = of.points.astype(kind)
+    return of
+
+
+@examples(60)
+@given(
+    seeds, st.floats(-12, 0), st.sampled_from([np.float32, np.float64]), st.sampled_from([0, 10])
+)
+def test_straight_tets_that_corners_allow_are_valid(seed, power, kind, far):
+    of = thin(seed, 10.0**power, far, kind)
     assume(check(of, select=["M101", "M102", "M103"]).is_valid)
     assert codes(of) == ()
+
+
+@pytest.mark.parametrize(("kind", "far"), [(np.float32, 10.0), (np.float64, 1e7)])
+def test_rounding_of_middle_nodes_proves_nothing(kind, far):
+    """Cells hardly thicker than rounding, with middle nodes off by the last digit."""
+    n_allowed = n_negative = 0
+    for seed in range(200):
+        noise = 4 * np.finfo(kind).eps * (far + 1)
+        of = thin(seed, noise * (1 + seed / 200), far, kind)
+        if not check(of, select=["M101", "M102", "M103"]).is_valid:
+            continue
+        towards = np.random.default_rng(seed).choice([-np.inf, np.inf], (6, 3))
+        of.points[4:] = np.nextafter(of.points[4:], towards.astype(kind), dtype=kind)
+        points = of.points.astype(float)
+        n_allowed += 1
+        n_negative += sampled("tetra10", points - points[0]).min() <= 0
+        assert codes(of) == ()
+    assert n_allowed > 100
+    assert n_negative > 10
 
 
 def shell(name, angle):
@@ -265,7 +290,7 @@ def test_faces_that_are_folded(name):
 
 @faces
 def test_faces_whose_middle_nodes_run_the_other_way(name):
-    """Against the corners: such a face is negative all over, and would pass by itself."""
+    """Against the corners: such a face is negative but around its middle."""
     of = sphere(name)
     first = ELEMENTS[name].n_nodes - len(ELEMENTS[name].middles)
     n = 3 if name == "triangle6" else 4
