@@ -87,21 +87,28 @@ def not_positive(study: Study, explained: Array) -> Doubtful:
     explained : (n_cells,) bool
         Cells with corners that are found wrong already: they are left out.
     """
-    sound = np.zeros(study.n_cells, dtype=bool)
-    for group in study.cell_sets:
-        sound[group.numbers] = True
-    sound &= ~explained
     parts = [Doubtful(*(np.empty(0, kind) for kind in (np.int64, np.int64, np.float64)))]
-    for block, first in zip(study.mesh.blocks, study.offsets, strict=False):
-        cells = np.asarray(block.cells)
-        element = element_of(block.type, np.shape(cells)[-1])
-        if element is None or _is_settled(element, study):
-            continue
+    looked_at = [
+        (element, np.asarray(block.cells), first)
+        for block, first in zip(study.mesh.blocks, study.offsets, strict=False)
+        if (element := element_of(block.type, np.shape(block.cells)[-1]))
+        and not _is_settled(element, study)
+    ]
+    sound = _sound(study, ~explained) if looked_at else explained
+    for element, cells, first in looked_at:
         rows = np.flatnonzero(sound[first : first + len(cells)])
         if not study.finite.all():
             rows = rows[study.finite[cells[rows]].all(axis=1)]
         parts.extend(_judged(study, element, cells[rows], rows + first))
     return Doubtful(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+def _sound(study: Study, among: Array) -> Array:
+    """Mask of the sound cells of the top dimension among some."""
+    sound = np.zeros(study.n_cells, dtype=bool)
+    for group in study.cell_sets:
+        sound[group.numbers] = True
+    return sound & among
 
 
 def not_looked_at(mesh: Mesh) -> dict[str, int]:
