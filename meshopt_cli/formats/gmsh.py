@@ -25,6 +25,7 @@ from ..mesh.tags import DIM_TAGS, GEOMETRICAL, PHYSICAL
 from . import entities, gmsh_elements
 from .bridge import listening
 from .gmsh_elements import cell_types
+from .gmsh_order import from_gmsh, to_gmsh
 from .sniff import Encoding, UnreadableError, gmsh_header
 from .text import lines
 
@@ -81,7 +82,8 @@ def read(path: Path, data: bytes, encoding: Encoding) -> tuple[Mesh, list[str]]:
     tags = tags[order].astype(np.int64)
     blocks, numbers_of = elements
     for block in blocks:
-        block.cells = common._gmsh_to_meshio_order(block.type, _places(tags, block.cells))
+        places = from_gmsh(block.type, _places(tags, block.cells))
+        block.cells = common._gmsh_to_meshio_order(block.type, places)
     mesh = Mesh(points[order], blocks, {}, {n: (int(t), int(d)) for n, (t, d) in names.items()})
     for dimension, of in enumerate(groups):
         several = {(dimension, int(tag)): group[1:] for tag, group in of.items()}
@@ -155,7 +157,7 @@ def write(path: Path, mesh: Mesh, encoding: Encoding) -> None:
     points = mesh.points.astype(np.float64)
     blocks = mesh.blocks
     with path.open("wb") as f, listening(logging.INFO):
-        cells = [meshio.CellBlock(block.type, block.cells) for block in blocks]
+        cells = [meshio.CellBlock(b.type, to_gmsh(b.type, b.cells)) for b in blocks]
         tags = {GEOMETRICAL: [block.data[GEOMETRICAL] for block in blocks]}
         f.write(f"$MeshFormat\n{'2.2' if old else '4.1'} {int(binary)} 8\n".encode())
         f.write((b"\1\0\0\0\n" if binary else b"") + b"$EndMeshFormat\n")

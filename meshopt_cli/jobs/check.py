@@ -15,6 +15,7 @@ from ..mesh.model import Mesh, top_blocks
 from ..quality.gates import Gates
 from ..report.verdict import Verdict
 from ..validity import Report, check, choose
+from ..validity.jacobian import not_looked_at
 from .findings import verdict_on
 from .regions import with_asked_regions
 
@@ -22,6 +23,7 @@ from .regions import with_asked_regions
 SMALL = 4 << 20
 # Limits that stand for one measure in the plane and another in space: one of them is idle.
 PAIRED = ("M402",)
+JACOBIAN = "M105"  # the rule that does not know all types of cells
 LARGE = 5 << 20  # bytes of a file that may hold more cells than numpy alone deals with
 
 log = logging.getLogger("meshopt")
@@ -125,6 +127,8 @@ def examine(path: Path, task: Task) -> Verdict:
         text = str(error) if task.mark and str(task.mark) in str(error) else f"{path}: {error}"
         return Verdict(str(path), error.exit_status, error=text)
     _warn_of_idle_gates(path, mesh, task.gates)
+    if JACOBIAN in checked:
+        _warn_of_unknown_cells(path, mesh)
     status, error_text = (EXIT_DONE if report.is_valid else EXIT_BAD_MESH), ""
     if mesh.dimension() < 2:
         status, error_text = EXIT_BAD_MESH, f"{path}: no triangles or tetrahedra to check"
@@ -140,6 +144,19 @@ def _warn_of_idle_gates(path: Path, mesh: Mesh, gates: Gates) -> None:
         if families and not families & set(limit.measure.ways):
             kinds = ", ".join(sorted(families))
             log.warning("%s: no gate on %s holds for cells of type %s", path, name, kinds)
+
+
+def _warn_of_unknown_cells(path: Path, mesh: Mesh) -> None:
+    """Say in one line which cells are looked at in part, or not at all."""
+    said: dict[bool, list[str]] = {True: [], False: []}
+    for kind, n in not_looked_at(mesh).items():
+        said[family_of(kind) is not None].append(f"{kind} ({n:,})")
+    if said[True]:
+        kinds = ", ".join(said[True])
+        log.warning("%s: of cells of type %s only the corners are looked at", path, kinds)
+    if said[False]:
+        kinds = ", ".join(said[False])
+        log.warning("%s: cells of type %s are not looked at: it is unknown", path, kinds)
 
 
 def examine_all(

@@ -18,6 +18,7 @@ from support.edits import (
     with_cells,
     without,
 )
+from support.elements import HEXAHEDRA
 from support.meshes import (
     hex_grid,
     in_space,
@@ -373,6 +374,8 @@ BROKEN |= {
         ),
         "M205",
     ),
+    "hexahedron inverted along an edge": (mesh(HEXAHEDRA["edge"], hexahedron=[range(8)]), "M105"),
+    "hexahedron inverted in a face": (mesh(HEXAHEDRA["face"], hexahedron=[range(8)]), "M105"),
     "second-order tet inverted": (
         mesh(
             [*CORNER, *MIDDLES],
@@ -382,8 +385,8 @@ BROKEN |= {
     ),
     "second-order triangle turned": (
         mesh(
-            [[0, 0], [1, 0], [1, 1], [0, 1]],
-            triangle6=[[0, 1, 2, 0, 1, 2], [3, 2, 0, 3, 2, 0]],
+            [*SQUARE, [0.5, 0], [1, 0.5], [0.5, 0.5], [0.5, 1], [0, 0.5]],
+            triangle6=[[0, 1, 2, 4, 5, 6], [3, 2, 0, 7, 6, 8]],
         ),
         "M101",
     ),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..examination import Examination
+from ..jacobian import KINDS, not_positive
 from ..model import ERROR, Places, at_cells, rule
 
 
@@ -72,3 +73,19 @@ def find_bad_quads(study: Examination) -> Places:
         "the quad is degenerate: two consecutive sides are aligned",
         kinds=study.shape.quads[numbers] - 1,
     )
+
+
+@rule(
+    "M105",
+    ERROR,
+    "cell whose Jacobian is not positive",
+    explanation="The Jacobian of a cell falls to zero or below, though its corners are in order.",
+    source="Johnen, Remacle, Geuzaine 2013",
+    fix="Move middle nodes towards the middles of their edges, or list nodes in the order of the "
+    "format; straighten cells of first order. Cells with quarter points, meant: --ignore M105.",
+)
+def find_jacobians(study: Examination) -> Places:
+    found = not_positive(study, study.explained)
+    said = [KINDS[kind].format(ratio) for kind, ratio in zip(*found[1:], strict=True)]
+    messages, kinds = np.unique(np.array(said, dtype=object), return_inverse=True)
+    return at_cells(study, found.numbers, *messages.tolist(), kinds=kinds)
