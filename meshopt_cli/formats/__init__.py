@@ -18,7 +18,7 @@ import numpy as np
 from ..errors import ConfigError, ReadError, WriteError, chosen
 from ..mesh.model import Array, Block, Mesh
 from .atomic import target_of
-from .foreign import foreign_kind
+from .foreign import NO_MESHES, foreign_kind
 from .numbering import Numbering, numbering
 from .sniff import HEAD, Encoding, UnreadableError, encoding_of
 from .streams import PIPE, ZIPPED, as_file, contents, extension, written
@@ -269,8 +269,8 @@ def _sniff(path: Path, head: bytes, wanted: Format | None) -> Encoding:
     kind = "mesh" if path == PIPE and not wanted else rows[0].title
     if found is None:
         what = foreign_kind(head)
-        but = f", but {what}: convert it, for example with meshio or Gmsh" if what else ""
-        raise ReadError(f"{path}: not a {kind} file{but}")
+        remedy = ": export it as VTK or Gmsh where it was made" if what not in NO_MESHES else ""
+        raise ReadError(f"{path}: not a {kind} file{f', but {what}{remedy}' if what else ''}")
     if wanted and FORMATS[found.format].family != wanted.family:
         raise ReadError(f"{path}: not a {kind} file, but {found.format}")
     if all(FORMATS[found.format].family != row.family for row in rows):

@@ -34,6 +34,7 @@ FOREIGN = {
     "a web page": _START + rb"(?:<!doctype html|<html)\b",
     "a script": rb"\A#!",
 }
+NO_MESHES = ("a zip archive", "a web page", "a script")
 
 
 def foreign_kind(head: bytes) -> str:

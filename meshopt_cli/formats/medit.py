@@ -44,6 +44,8 @@ CODES = {cell_type: code for cell_type, (_, code, _) in _CELLS.items()}
 _CURVED = {code: cell_type for cell_type, code in CODES.items() if cell_type not in FAMILIES}
 # Sections of other cells with nodes besides corners, and of orders of their nodes.
 _OTHER_CELLS = re.compile(r"[A-Z][a-z]+[PQ][0-9]+(Ordering)?")
+log = logging.getLogger("meshopt")
+
 _DIMENSION, _VERTICES, _END = 3, 4, 54
 _LAST = "End"
 _TYPES = {name: cell_type for cell_type, name in NAMES.items()}
@@ -73,7 +75,7 @@ def _read_text(path: Path, data: bytes) -> _Parts:
     lists: dict[str, Array] = {}
     dropped = []
     values: dict[str, int] = {}
-    ended = False
+    ended, name = False, ""
     for name, content in _sections(data):
         if name == _LAST:
             ended = True
@@ -103,8 +105,8 @@ def _read_text(path: Path, data: bytes) -> _Parts:
             dropped.append(_left_out(name))
     if REF not in mesh.point_data:
         raise UnreadableError("there are no Vertices in it")
-    if not ended:
-        dropped.append("what may have followed (it is cut off, or has no End)")
+    if not ended:  # as some programs leave it
+        log.warning("the Medit file ends after %s without End: it may be cut off", name)
     return mesh, lists, dropped
 
 

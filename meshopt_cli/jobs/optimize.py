@@ -22,6 +22,7 @@ from ..quality.summary import Summary, summarize
 from ..quality.target import forced_angles
 from ..transfer.carry import carry
 from .admission import InvalidMeshError, admit, require_range, require_simplices
+from .regions import doubt_regions
 
 log = logging.getLogger("meshopt")
 
@@ -152,6 +153,8 @@ def prepare(
     part = cast(mesh)
     tags = tuple(tags_of(main_blocks(mesh, main_type(mesh)), mesh.regions))
     regions = Regions(tags, int(part.region.max()) + 1)
+    if regions.count > 1:
+        doubt_regions(part, regions)
     before = summarize(part, measure, others)
     return Prepared(mesh, part, policy.bound_to(mesh, part), before, tangle, regions)
 

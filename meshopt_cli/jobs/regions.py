@@ -5,10 +5,16 @@ from __future__ import annotations
 import logging
 from pathlib import Path
 
+import numpy as np
+
+from ..mesh.cast import Simplices
 from ..mesh.model import Mesh
-from ..mesh.tags import MAX_LABELS, doubtful_tags, with_regions
+from ..mesh.tags import MAX_LABELS, Regions, doubtful_tags, with_regions
 
 log = logging.getLogger("meshopt")
+
+# Regions whose borders are more than this part of the facets inside a mesh are hardly regions.
+MOST_BORDERS = 0.5
 
 
 def with_asked_regions(path: Path, mesh: Mesh, names: tuple[str, ...]) -> Mesh:
@@ -30,3 +36,14 @@ def with_asked_regions(path: Path, mesh: Mesh, names: tuple[str, ...]) -> Mesh:
             path, name, n, MAX_LABELS, name,
         )  # fmt: skip
     return mesh
+
+
+def doubt_regions(part: Simplices, regions: Regions) -> None:
+    """Warn of regions that leave nothing to work on, as the colours of cells do."""
+    within = np.count_nonzero(part.neighbours >= 0)
+    if len(part.inner) > MOST_BORDERS * (within + len(part.inner)):
+        log.warning(
+            "the %d regions that %s makes have borders all over, and what lies between regions "
+            "stays: if they are no regions, name the arrays that make them (--region)",
+            regions.count, " and ".join(regions.arrays),
+        )  # fmt: skip

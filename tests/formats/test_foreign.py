@@ -4,7 +4,7 @@ import pytest
 
 from meshopt_cli.errors import ReadError
 from meshopt_cli.formats import FORMATS, read
-from meshopt_cli.formats.foreign import FOREIGN, foreign_kind
+from meshopt_cli.formats.foreign import FOREIGN, NO_MESHES, foreign_kind
 from support.samples import SAMPLE_NAMES, SAMPLES
 
 FILES = {
@@ -39,8 +39,9 @@ FILES = {
 def test_a_foreign_file_is_called_by_its_name(tmp_path, what, extension):
     path = tmp_path / f"mesh{extension}"
     path.write_bytes(FILES[what].replace(b"\n", b"\r\n") if extension == ".msh" else FILES[what])
-    with pytest.raises(ReadError, match=rf"not a \w+ file, but {what.split('(')[0]}"):
+    with pytest.raises(ReadError, match=rf"not a \w+ file, but {what.split('(')[0]}") as refused:
         read(path)
+    assert ("export it as" in str(refused.value)) == (what not in NO_MESHES)
 
 
 @pytest.mark.parametrize("name", SAMPLE_NAMES)
