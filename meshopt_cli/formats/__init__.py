@@ -158,7 +158,9 @@ def _encoding_for(path: Path, source: Encoding | None, file_format: str | None) 
     else:
         rows = _with_extension(path)
         if not rows:
-            raise WriteError(f"{path}: unknown extension: choose one of {_extensions()}")
+            known = any(extension(path) in row.others for row in FORMATS.values())
+            what = f"{extension(path)} is read, and not written" if known else "unknown extension"
+            raise WriteError(f"{path}: {what}: choose one of {_extensions()}")
         row = next((row for row in rows if source and row.name == source.format), rows[0])
     new = row.default
     if source is None or FORMATS[source.format].family != row.family:
@@ -244,20 +246,23 @@ def _one_line(error: BaseException) -> str:
     return " ".join(str(error).split())[:200] or type(error).__name__
 
 
-def _extensions() -> str:
-    known = dict.fromkeys(e for row in FORMATS.values() for e in row.extensions)
+def _extensions(to_read: bool = False) -> str:
+    rows = FORMATS.values()
+    known = dict.fromkeys(end for row in rows for end in row.extensions)
+    known |= dict.fromkeys(end for row in rows for end in row.others if to_read)
     return f"{', '.join(known)}, and these with {ZIPPED}"
 
 
-def _with_extension(path: Path) -> list[Format]:
-    end = extension(Path(path))
-    return [row for row in FORMATS.values() if end in row.extensions]
+def _with_extension(path: Path, to_read: bool = False) -> list[Format]:
+    end, rows = extension(path), FORMATS.values()
+    return [row for row in rows if end in row.extensions or (to_read and end in row.others)]
 
 
 def _sniff(path: Path, head: bytes, wanted: Format | None) -> Encoding:
-    rows = [wanted] if wanted else list(FORMATS.values()) if path == PIPE else _with_extension(path)
+    every = list(FORMATS.values())
+    rows = [wanted] if wanted else every if path == PIPE else _with_extension(path, to_read=True)
     if not rows:
-        raise ReadError(f"{path}: unknown extension: known are {_extensions()}")
+        raise ReadError(f"{path}: unknown extension: known are {_extensions(to_read=True)}")
     if not head:
         raise ReadError(f"{path}: the file is empty")
     if head.startswith(b"version https://git-lfs"):

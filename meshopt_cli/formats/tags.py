@@ -136,7 +136,7 @@ def for_vtk(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
         return quote(name, safe=_PRINTABLE) if encoding.format == "vtk" else name
 
     dropped = _names(mesh) + _model(mesh)
-    held = [b for b in _held(mesh.blocks, vtk.cell_types(), dropped) if len(b.cells)]
+    held = [b for b in _held(mesh.blocks, vtk.CELL_TYPES, dropped) if len(b.cells)]
     blocks = [Block(block.type, block.cells) for block in held]
     for name in dict.fromkeys(name for block in held for name in block.data):
         some = [block.data[name] for block in held if name in block.data]
