@@ -47,7 +47,10 @@ def _lz4(block: bytes | memoryview, size: int) -> bytes:
         raise UnreadableError(
             "it is compressed by LZ4, for which a library is missing: pip install lz4"
         ) from None
-    unpacked: bytes = library.decompress(block, uncompressed_size=size)
+    try:
+        unpacked: bytes = library.decompress(block, uncompressed_size=size)
+    except library.LZ4BlockError:
+        raise ValueError from None
     return unpacked
 
 

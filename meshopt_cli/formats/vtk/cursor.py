@@ -12,12 +12,13 @@ from ...mesh.model import Array
 from ..sniff import UnreadableError
 from ..text import numbers
 
-# VTK's names of numbers. A vtkIdType has 32 bits in binary files, whatever it has in memory.
+# VTK's names of numbers. A vtkIdType has 32 bits in binary files, and 64 in memory.
+_ID = "vtkidtype"
 NUMBERS = {
     "char": "i1", "signed_char": "i1", "unsigned_char": "u1", "short": "i2",
     "unsigned_short": "u2", "int": "i4", "unsigned_int": "u4", "long": "i8",
     "unsigned_long": "u8", "long_long": "i8", "unsigned_long_long": "u8", "__int64": "i8",
-    "unsigned___int64": "u8", "vtkidtype": "i4", "float": "f4", "double": "f8",
+    "unsigned___int64": "u8", _ID: "i4", "float": "f4", "double": "f8",
     **{f"vtktypeint{8 * n}": f"i{n}" for n in (1, 2, 4, 8)},
     **{f"vtktypeuint{8 * n}": f"u{n}" for n in (1, 2, 4, 8)},
     "vtktypefloat32": "f4", "vtktypefloat64": "f8",
@@ -27,7 +28,7 @@ STRINGS = ("string", "utf8_string", "unicode_string", "variant")
 
 _WORD = re.compile(rb"\s*(?:#[^\n]*\n\s*)*([^\s]+)")
 _BARE = re.compile(rb"\S+")
-_CHUNK = 1 << 24  # bytes at a time, which bounds the memory it takes
+_CHUNK = 1 << 21  # bytes at a time, which bounds the memory it takes
 
 
 class Cursor:
@@ -125,7 +126,9 @@ class Cursor:
         dtype = np.dtype(">" + NUMBERS.get(known, "u1"))
         packed = self._bytes(what, (n + 7) // 8 if known == BIT else n * dtype.itemsize)
         values = np.frombuffer(packed, dtype)
-        return np.unpackbits(values)[:n] if known == BIT else values
+        if known == BIT:
+            return np.unpackbits(values)[:n]
+        return values.astype(np.int64) if known == _ID else values
 
     def _bytes(self, what: str, size: int) -> memoryview:
         if self.at + size > len(self.data):
@@ -138,7 +141,7 @@ class Cursor:
         wanted = np.dtype(NUMBERS.get(kind, "u1"))
         wide = np.int64 if wanted.kind == "i" or wanted.itemsize < 8 else np.uint64
         values = self._numbers(what, np.float64 if wanted.kind == "f" else wide, n)
-        if kind == "vtkidtype":  # of 64 bits in memory
+        if kind == _ID:
             return values
         narrow = values.astype(wanted)
         return narrow if wanted.kind == "f" or np.array_equal(narrow, values) else values
@@ -148,7 +151,7 @@ class Cursor:
         assert self.letters is not None
         after = np.searchsorted(self.letters, self.at)
         end = int(self.letters[after]) if after < len(self.letters) else len(self.data)
-        text = self.data[self.at : end]
+        text = self._trimmed(end)
         if b"#" in text:
             text = re.sub(rb"#[^\n]*", b"", text)
         try:
@@ -162,6 +165,15 @@ class Cursor:
             raise self.refuse(f"truncated: {what} has {len(values)} numbers of {n}")
         self.at = end
         return values
+
+    def _trimmed(self, end: int) -> bytes:
+        """The text up to some place, without the blanks around it, of which no copy is made."""
+        at = self.at
+        while at < end and self.data[at] <= ord(" "):
+            at += 1
+        while end > at and self.data[end - 1] <= ord(" "):
+            end -= 1
+        return self.data[at:end]
 
     def _parsed_at(self, what: str, text: bytes, kind: type[np.generic]) -> Array:
         try:

@@ -10,7 +10,8 @@ from ...mesh.model import Array, Mesh
 from ..sniff import UnreadableError
 from .cells import Cells, blocks_of
 
-GHOSTS = "vtkGhostType"
+# Arrays that mark ghosts and hidden cells; the second one until version 6 of VTK.
+MARKS = _GHOSTS, _LEVELS = "vtkGhostType", "vtkGhostLevels"
 _HIDDEN_CELL, _HIDDEN_POINT = 32, 2
 
 
@@ -61,26 +62,31 @@ def mesh_of(data: Dataset, dropped: list[str]) -> Mesh:
 
 def without_hidden(data: Dataset, dropped: list[str]) -> Dataset:
     """Leave out the cells that a file hides, or of which it hides a vertex."""
-    flags = _flags(data.cell_data)
+    marks = marks_of(data.cell_data)
     hidden = np.zeros(len(data.cells.types), bool)
-    if flags is not None:
-        hidden |= (flags & _HIDDEN_CELL) > 0
-    flags = _flags(data.point_data)
-    if flags is not None and (flags & _HIDDEN_POINT).any():
+    if marks is not None:
+        hidden |= (marks & _HIDDEN_CELL) > 0
+    marks = marks_of(data.point_data)
+    if marks is not None and (marks & _HIDDEN_POINT).any():
         cell_of = np.repeat(np.arange(len(hidden)), np.diff(data.cells.offsets))
         vertices = data.cells.connectivity[data.cells.offsets[0] :][: len(cell_of)]
-        known = (vertices >= 0) & (vertices < len(flags))
-        hidden[cell_of[known][(flags[vertices[known]] & _HIDDEN_POINT) > 0]] = True
+        known = (vertices >= 0) & (vertices < len(marks))
+        hidden[cell_of[known][(marks[vertices[known]] & _HIDDEN_POINT) > 0]] = True
     if not hidden.any():
         return data
     dropped.append(f"{np.count_nonzero(hidden)} hidden cells")
     return only(data, ~hidden)
 
 
-def _flags(arrays: dict[str, Array]) -> Array | None:
-    """VTK's marks of ghosts and hidden ones, if there are any."""
-    flags = arrays.get(GHOSTS)
-    return flags if flags is not None and flags.ndim == 1 and flags.dtype.kind in "iu" else None
+def marks_of(arrays: dict[str, Array]) -> Array | None:
+    """VTK's marks of ghosts (1) and hidden ones, (n,) uint8, if there are any."""
+    marks = arrays.get(_GHOSTS)
+    levels = arrays.get(_LEVELS)
+    if marks is None and levels is not None and levels.ndim == 1:
+        return (levels > 0).astype(np.uint8)
+    if marks is None or marks.ndim > 1 or marks.dtype.kind not in "iu":
+        return None
+    return marks.astype(np.uint8)
 
 
 def only(data: Dataset, wanted: Array) -> Dataset:

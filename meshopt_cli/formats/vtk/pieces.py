@@ -10,7 +10,7 @@ import numpy as np
 
 from ...mesh.model import Array
 from .cells import Cells
-from .dataset import GHOSTS, Dataset, only
+from .dataset import MARKS, Dataset, marks_of, only
 
 # Numbers of points through all pieces, by their name in small letters.
 _IDS = ("globalnodeid", "globalnodeids", "globalpointid", "globalpointids")
@@ -32,15 +32,22 @@ def join(pieces: list[Dataset], dropped: list[str]) -> Dataset:
     whole = _appended(several, dropped)
     if ghosts := n_cells - len(whole.cells.types):
         dropped.append(f"{ghosts} ghost cells, which other pieces have")
-    piece_of = np.repeat(np.arange(len(several)), [len(piece.points) for piece in several])
-    return _merged(whole, _first_alike(whole, piece_of), dropped)
+    numbers = np.arange(len(several))
+    piece_of = np.repeat(numbers, [len(piece.points) for piece in several])
+    first = _first_alike(whole, piece_of)
+    piece_of = np.repeat(numbers, [len(piece.cells.types) for piece in several])
+    again = _cells_again(whole, first, piece_of)
+    if again.any():
+        dropped.append(f"{np.count_nonzero(again)} cells that an earlier piece has too")
+        whole = only(whole, ~again)
+    return _merged(whole, first, dropped)
 
 
 def _without_ghosts(piece: Dataset) -> Dataset:
-    flags = piece.cell_data.get(GHOSTS)
-    if flags is None or not (flags & _DUPLICATE).any():
+    marks = marks_of(piece.cell_data)
+    if marks is None or not (marks & _DUPLICATE).any():
         return _unmarked(piece)
-    rest = _unmarked(only(piece, (flags & _DUPLICATE) == 0))
+    rest = _unmarked(only(piece, (marks & _DUPLICATE) == 0))
     lost = _used(piece) & ~_used(rest)
     number = np.cumsum(~lost) - 1
     vertices, n = rest.cells.connectivity, len(lost)
@@ -54,10 +61,10 @@ def _unmarked(piece: Dataset) -> Dataset:
     """Without the marks of ghosts, which say nothing of the whole, unless cells are hidden."""
 
     def without(arrays: dict[str, Array]) -> dict[str, Array]:
-        marks = arrays.get(GHOSTS)
-        if marks is None or (marks & ~_DUPLICATE & 0xFF).any():
+        marks = marks_of(arrays)
+        if marks is None or (marks > _DUPLICATE).any():
             return arrays
-        return {name: values for name, values in arrays.items() if name != GHOSTS}
+        return {name: values for name, values in arrays.items() if name not in MARKS}
 
     arrays = without(piece.point_data), without(piece.cell_data)
     return Dataset(piece.points, piece.cells, *arrays, piece.ids)
@@ -142,6 +149,26 @@ def _grouped(keys: list[Array], piece_of: Array) -> tuple[Array, bool]:
     merged = ~bad[group]
     first[order[merged]] = starts[group[merged]]
     return first, bool(bad.any())
+
+
+def _cells_again(whole: Dataset, first: Array, piece_of: Array) -> Array:
+    """The cells whose vertices an earlier piece has as a cell, (n,) bool."""
+    shared = np.zeros(len(first) + 1, bool)  # the last one is for the vertex -1
+    merged = first != np.arange(len(first))
+    shared[:-1] = merged
+    shared[first[merged]] = True
+    cells = whole.cells
+    sizes = np.diff(cells.offsets)
+    cell_of = np.repeat(np.arange(len(sizes)), sizes)
+    inside = np.bincount(cell_of[shared[cells.connectivity]], minlength=len(sizes))
+    vertices = np.append(first, -1)[cells.connectivity]
+    again = np.zeros(len(sizes), bool)
+    owner: dict[tuple[int, ...], int] = {}
+    for cell in np.flatnonzero((inside == sizes) & (sizes > 0)).tolist():
+        own = sorted(vertices[cells.offsets[cell] : cells.offsets[cell + 1]].tolist())
+        piece = int(piece_of[cell])
+        again[cell] = owner.setdefault((int(cells.types[cell]), *own), piece) != piece
+    return again
 
 
 def _merged(whole: Dataset, first: Array, dropped: list[str]) -> Dataset:

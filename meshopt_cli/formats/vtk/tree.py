@@ -20,7 +20,10 @@ _END = b"</AppendedData></VTKFile>"
 
 @dataclass
 class Element:
-    """An element: its name, attributes, children, and where its content starts and ends."""
+    """An element: its name, attributes and children, and where its text starts and ends.
+
+    The text ends where the first child starts: VTK puts what it knows of an array behind it.
+    """
 
     tag: str
     attributes: dict[str, str]
@@ -104,12 +107,17 @@ def _elements(text: bytes) -> Element:
     def start(tag: str, attributes: dict[str, str]) -> None:
         where = _TAG.match(text, parser.CurrentByteIndex)
         element = Element(tag, attributes, where.end() if where else 0)
-        (open_elements[-1].children if open_elements else roots).append(element)
+        if open_elements:
+            parent = open_elements[-1]
+            parent.children.append(element)
+            parent.end = parent.end or parser.CurrentByteIndex
+        else:
+            roots.append(element)
         open_elements.append(element)
 
     def end(_: str) -> None:
         element = open_elements.pop()
-        element.end = max(parser.CurrentByteIndex, element.start)
+        element.end = element.end or max(parser.CurrentByteIndex, element.start)
 
     parser.StartElementHandler = start
     parser.EndElementHandler = end
