@@ -20,7 +20,7 @@ from ..mesh.model import Array, Block, Mesh
 from .atomic import target_of
 from .foreign import NO_MESHES, foreign_kind
 from .numbering import Numbering, numbering
-from .sniff import HEAD, Encoding, UnreadableError, encoding_of
+from .sniff import ADVICE, HEAD, Encoding, UnreadableError, encoding_of
 from .streams import PIPE, ZIPPED, as_file, contents, extension, written
 from .table import FORMATS, Format
 from .vtk import VTK_VERSIONS, VTU_VERSIONS
@@ -262,6 +262,8 @@ def _sniff(path: Path, head: bytes, wanted: Format | None) -> Encoding:
     every = list(FORMATS.values())
     rows = [wanted] if wanted else every if path == PIPE else _with_extension(path, to_read=True)
     if not rows:
+        if extension(path) in ADVICE:
+            raise ReadError(f"{path}: {ADVICE[extension(path)]}")
         raise ReadError(f"{path}: unknown extension: known are {_extensions(to_read=True)}")
     if not head:
         raise ReadError(f"{path}: the file is empty")
@@ -298,7 +300,7 @@ def _owned(mesh: Mesh) -> Mesh:
     real = np.float32 if mesh.points.dtype.newbyteorder("=") == np.float32 else np.float64
     points = np.require(mesh.points, real, ["C", "W"])
     blocks = [
-        Block(b.type, np.require(b.cells, np.int64, ["C", "W"]), own(b.data), b.entities)
+        Block(b.type, np.require(b.cells, np.int64, ["C", "W"]), own(b.data), b.entities, b.numbers)
         for b in mesh.blocks
     ]
     return replace(mesh, points=points, blocks=blocks, point_data=own(mesh.point_data))

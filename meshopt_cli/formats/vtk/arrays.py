@@ -15,7 +15,8 @@ from ..sniff import UnreadableError
 from ..text import numbers
 from .tree import Element
 
-KINDS = {f"{sign}Int{8 * n}": f"{sign.lower() or 'i'}{n}" for sign in ("", "U") for n in (1, 2, 4, 8)}
+_BYTES = (1, 2, 4, 8)
+KINDS = {f"Int{8 * n}": f"i{n}" for n in _BYTES} | {f"UInt{8 * n}": f"u{n}" for n in _BYTES}
 KINDS |= {"Float32": "f4", "Float64": "f8"}
 _BIT = "Bit"
 _SKIPPED = "String"
@@ -152,14 +153,18 @@ class Decoder:
         n_bytes = None if size is None else size * dtype.itemsize
         if n_bytes is not None and kind == _BIT:
             n_bytes = -(-n_bytes // 8)
-        packed = self._compressed(source, n_bytes, distinct) if self.compressor else self._plain(source)
+        unpack = self._compressed if self.compressor else self._plain
+        packed = unpack(source, n_bytes, distinct)
         if kind == _BIT:
             return np.unpackbits(np.frombuffer(packed, np.uint8))[:size]
         if len(packed) % dtype.itemsize:
             raise UnreadableError("it ends in the middle of a value")
         return np.frombuffer(packed, dtype)
 
-    def _plain(self, source: _Raw | _Base64) -> bytes | memoryview:
+    def _plain(
+        self, source: _Raw | _Base64, n_bytes: int | None, distinct: int
+    ) -> bytes | memoryview:
+        """Bytes after their number."""
         (size,) = self._counts(source, 1)
         source.next_part(always=False)
         packed = source.take(size)
@@ -189,7 +194,7 @@ class Decoder:
         _, size, last, *packed = self._counts(source, 3 + n)
         source.next_part(always=True)
         if distinct > _ROWS_A_BYTE * (sum(packed) + _ROWS_A_BYTE):
-            raise UnreadableError(f"{distinct} rows of it, all different, cannot be in so few bytes")
+            raise UnreadableError(f"{distinct} rows, all different, cannot be in so few bytes")
         sizes = [size] * (n - 1) + [last or size]
         if any(sizes[i] > self.compressor.most * (packed[i] + 8) for i in range(n)):
             raise UnreadableError("its blocks cannot be as large as it says")

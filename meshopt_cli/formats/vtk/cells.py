@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from itertools import groupby
+from itertools import groupby, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -99,8 +99,8 @@ def _types() -> dict[int, Type]:
         n = {"PIXEL": 4, "VOXEL": 8}.get(name, 0)
         table[int(number)] = Type(f"VTK_{name}", "", int(dimension), n)
     for first, kind in ((68, "LAGRANGE"), (75, "BEZIER")):
-        for number, (shape, linear) in enumerate(_ANY_ORDER.items(), first):
-            table[number] = Type(f"VTK_{kind}_{shape}", "", dimension_of(linear), 0)
+        for code, (shape, linear) in enumerate(_ANY_ORDER.items(), first):
+            table[code] = Type(f"VTK_{kind}_{shape}", "", dimension_of(linear), 0)
     return table
 
 
@@ -184,19 +184,29 @@ def blocks_of(cells: Cells, data: dict[str, Array], dropped: list[str]) -> list[
     """
     runs = list(_runs(cells))
     _leave_out([run for run in runs if not run.type], runs, dropped)
-    blocks = []
+    blocks: list[Block] = []
+    n = 0
     for cell_type, group in groupby((r for r in runs if r.type), key=lambda run: run.type):
         alike = list(group)
         rows = [np.asarray(run.rows, np.int64) for run in alike]
-        if len(alike) == 1:
-            (one,) = alike
-            found = {name: values[one.source] for name, values in data.items()}
-            blocks.append(Block(cell_type, rows[0], found))
-            continue
-        source = np.concatenate([_numbers(run.source) for run in alike])
-        found = {name: values[source] for name, values in data.items()}
-        blocks.append(Block(cell_type, np.concatenate(rows), found))
+        block = Block(cell_type, np.concatenate(rows) if len(rows) > 1 else rows[0])
+        source = _joined([run.source for run in alike])
+        block.data = {name: values[source] for name, values in data.items()}
+        end = n + len(block.cells)
+        if not (isinstance(source, slice) and (source.start, source.stop) == (n, end)):
+            block.numbers = _numbers(source)
+        n = end
+        blocks.append(block)
     return blocks
+
+
+def _joined(sources: list[slice | Array]) -> slice | Array:
+    """The cells of several runs, as a slice where they follow each other."""
+    slices = [source for source in sources if isinstance(source, slice)]
+    follow = all(a.stop == b.start for a, b in pairwise(slices))
+    if follow and len(slices) == len(sources):
+        return slice(slices[0].start, slices[-1].stop)
+    return np.concatenate([_numbers(source) for source in sources])
 
 
 def _numbers(source: slice | Array) -> Array:

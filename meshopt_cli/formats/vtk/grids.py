@@ -87,10 +87,7 @@ def image(
     direction : (3, 3) float64
         The direction of each axis is a column.
     """
-    axes = [
-        (first[i] + np.arange(dimensions[i])) * spacing[i]
-        for i in range(3)
-    ]
+    axes = [(first[i] + np.arange(dimensions[i])) * spacing[i] for i in range(3)]
     if np.array_equal(direction, np.eye(3)):
         return product([axis + origin[i] for i, axis in enumerate(axes)])
     return origin + product(axes) @ direction.T

@@ -20,7 +20,7 @@ from .cursor import Cursor, name_of
 from .dataset import Dataset, in_space, keep, mesh_of
 from .surface import NO_CELLS, SURFACE, surface
 
-_HEADER = re.compile(rb"[^\n]*\n[^\n]*\n\s*\w+")
+_HEADER = re.compile(rb"\s*[^\n]*\n[^\n]*\n\s*\w+[^\n]*")
 _OFFSETS = re.compile(rb"\s*OFFSETS\s+(\S+)[ \t]*\r?\n?", re.IGNORECASE)
 _CONNECTIVITY = re.compile(rb"\s*CONNECTIVITY\s+(\S+)[ \t]*\r?\n?", re.IGNORECASE)
 _COLOURS = re.compile(rb"\s*LOOKUP_TABLE[ \t]+\S+[ \t]*\r?\n", re.IGNORECASE)
@@ -252,7 +252,8 @@ class _Sections:
             said = self.counts.get(keyword, n)
             if said != n:
                 raise UnreadableError(f"{keyword.upper()} has {said} rows, and there are {n}")
-        return Dataset(points, cells, *self.arrays.values(), self.ids)
+        point_data, cell_data = self.arrays.values()
+        return Dataset(points, cells, point_data, cell_data, self.ids)
 
     def _points_there(self) -> Array:
         if self.points is None:

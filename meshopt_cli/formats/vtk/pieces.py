@@ -177,7 +177,9 @@ def _merged(whole: Dataset, first: Array, dropped: list[str]) -> Dataset:
     number = np.append(np.cumsum(kept)[first] - 1, -1)  # -1 stays
     for name, values in whole.point_data.items():
         own, others = values[~kept], values[first[~kept]]
-        differ = (own != others) & ((own == own) | (others == others))
+        differ = own != others
+        if values.dtype.kind == "f":
+            differ &= ~(np.isnan(own) & np.isnan(others))
         n = np.count_nonzero(differ.reshape(len(own), -1).any(axis=1)) if len(own) else 0
         if n:
             dropped.append(f"other values of {name} at {n} points that several pieces have")

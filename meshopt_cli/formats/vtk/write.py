@@ -159,9 +159,7 @@ def write_vtu(path: Path, mesh: Mesh, encoding: Encoding) -> None:
     with path.open("wb") as stream:
         stream.write(f'<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" {says}>\n'.encode())
         stream.write(b"<UnstructuredGrid>\n")
-        stream.write(
-            f'<Piece NumberOfPoints="{len(mesh.points)}" NumberOfCells="{n}">\n'.encode()
-        )
+        stream.write(f'<Piece NumberOfPoints="{len(mesh.points)}" NumberOfCells="{n}">\n'.encode())
         for tag, arrays in sections.items():
             stream.write(f"<{tag}>\n".encode())
             for name, values in arrays.items():

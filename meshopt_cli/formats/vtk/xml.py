@@ -173,7 +173,7 @@ class _File:
         bounds = Element("Piece", {"Extent": extent}).numbers("Extent", "", 6)
         if not all(abs(bound) < 2**31 and bound == int(bound) for bound in bounds):
             raise UnreadableError("the Extent of its grid is not of whole numbers")
-        first = tuple(int(low) for low in bounds[::2])
+        x, y, z = (int(low) for low in bounds[::2])
         n = [max(int(high - low) + 1, 0) for low, high in zip(*[iter(bounds)] * 2, strict=True)]
         dimensions = (n[0], n[1], n[2])
         point_data = self._arrays(piece, "PointData", grids.n_points(dimensions))
@@ -182,13 +182,13 @@ class _File:
             points = self._points(piece, grids.n_points(dimensions))
         else:
             grids.require_bounded(dimensions, bool(point_data or cell_data))
-            points = self._grid_points(piece, first, dimensions)
+            points = self._grid_points(piece, (x, y, z), dimensions)
         section = piece.first("PointData")
         ids = section.get("GlobalIds") if section else ""
         return Dataset(points, grids.cells_of(dimensions), point_data, cell_data, ids)
 
     def _grid_points(
-        self, piece: Element, first: tuple[int, ...], dimensions: grids.Dimensions
+        self, piece: Element, first: tuple[int, int, int], dimensions: grids.Dimensions
     ) -> Array:
         if self.kind == "RectilinearGrid":
             section = piece.first("Coordinates")
