@@ -48,8 +48,7 @@ TENSORS t double
 @pytest.mark.parametrize(
     ("old", "new"),
     [
-        ("UNSTRUCTURED_GRID", "POLYDATA"),
-        ("10\n5", "10\n4"),
+        ("UNSTRUCTURED_GRID", "HYPER_GRID"),
         ("10\n5", "42\n5"),
         ("POINTS 4", "POINTS 5"),
         ("0 4 7", "0 4 8"),
@@ -91,10 +90,12 @@ def test_vtu_of_later_versions(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "word"),
     [
-        ("<Piece ", '<Piece NumberOfPoints="0" NumberOfCells="0"></Piece>\n<Piece ', "pieces"),
-        ('compressor="vtkZLibDataCompressor"', 'compressor="vtkLZ4DataCompressor"', "LZ4"),
-        ('NumberOfCells="6"', 'NumberOfCells="0"', "no cells"),
+        ('compressor="vtkZLibDataCompressor"', 'compressor="vtkZstdCompressor"', "vtkZstdCompr"),
+        ('NumberOfCells="6"', 'NumberOfCells="7"', "offsets"),
+        ('NumberOfPoints="5"', 'NumberOfPoints="6"', "Points"),
         ('"UnstructuredGrid"', '"PolyData"', "PolyData"),
+        ('"UnstructuredGrid"', '"vtkMultiBlockDataSet"', "vtkMultiBlockDataSet"),
+        ('"connectivity"', '"vertices"', "connectivity"),
         ("</UnstructuredGrid>", "", "malformed"),
     ],
 )

@@ -26,8 +26,10 @@ NUMBERS = {
 BIT = "bit"
 STRINGS = ("string", "utf8_string", "unicode_string", "variant")
 
-_WORD = re.compile(rb"\s*(?:#[^\n]*\n\s*)*([^\s]+)")
+_WORD = re.compile(rb"\s*(\S+)")
 _BARE = re.compile(rb"\S+")
+# What people write into files by hand: a sign that stands alone, for a name may start with it.
+_COMMENT = re.compile(rb"(?<!\S)#(?!\S)[^\n]*")
 _CHUNK = 1 << 21  # bytes at a time, which bounds the memory it takes
 
 
@@ -45,6 +47,8 @@ class Cursor:
     """
 
     def __init__(self, data: bytes, at: int, binary: bool):
+        if not binary and data.find(b"#", at) >= 0:
+            data = data[:at] + _COMMENT.sub(lambda found: b" " * len(found[0]), data[at:])
         self.data = data
         self.at = at
         self.binary = binary
@@ -63,7 +67,7 @@ class Cursor:
         return UnreadableError(f"{reason} at {self.place}")
 
     def word(self) -> str:
-        """The next word, past blank lines and comments; "" at the end of the file."""
+        """The next word, past blank lines; "" at the end of the file."""
         found = _WORD.match(self.data, self.at)
         if not found:
             self.at = len(self.data)
@@ -152,8 +156,6 @@ class Cursor:
         after = np.searchsorted(self.letters, self.at)
         end = int(self.letters[after]) if after < len(self.letters) else len(self.data)
         text = self._trimmed(end)
-        if b"#" in text:
-            text = re.sub(rb"#[^\n]*", b"", text)
         try:
             values = _parsed(text, kind)
         except UnreadableError:
@@ -161,9 +163,11 @@ class Cursor:
         if values is None or len(values) > n:  # a name may start with a digit
             end = self._past_words(n)
             values = self._parsed_at(what, self.data[self.at : end], kind)
-        if len(values) < n:
-            raise self.refuse(f"truncated: {what} has {len(values)} numbers of {n}")
         self.at = end
+        if len(values) < n:
+            there = f"{what} has {len(values)} numbers of {n}"
+            word = self.word()[:40]
+            raise self.refuse(f"{there}, and then {word!r}" if word else f"truncated: {there}")
         return values
 
     def _trimmed(self, end: int) -> bytes:

@@ -16,7 +16,7 @@ from ...mesh.model import Array, Mesh
 from ..sniff import Encoding, UnreadableError
 from . import grids
 from .cells import Cells, checked
-from .cursor import Cursor, name_of
+from .cursor import BIT, Cursor, name_of
 from .dataset import Dataset, in_space, keep, mesh_of
 from .surface import NO_CELLS, SURFACE, surface
 
@@ -64,6 +64,9 @@ class _Sections:
         self.ids = ""
         handlers = self._handlers()
         while word := cursor.word():
+            if word.startswith("#"):  # a comment: no keyword starts so
+                cursor.line()
+                continue
             handler = handlers.get(word.lower())
             if handler is None:
                 raise cursor.refuse(f"{word[:40]!r} is no keyword that is known here, and stands")
@@ -169,11 +172,22 @@ class _Sections:
 
     def _add(self, name: str, kind: str, width: int) -> None:
         """Read an array that has a row for each point or cell."""
-        values = self.cursor.array(name, kind, self._n_rows * width)
-        if values is None:
-            self.dropped.append(f"the strings {name}")
-        else:
+        values = self._kept(name, kind, self._n_rows, width)
+        if values is not None:
             self._put(name, values, width)
+
+    def _kept(self, name: str, kind: str, n: int, width: int) -> Array | None:
+        """Read an array of n rows; what cannot be kept is named."""
+        in_part = kind.lower() == BIT and width > 1 and self.cursor.binary
+        # of bits, VTK writes one a row, whatever the width
+        values = self.cursor.array(name, kind, n if in_part else n * width)
+        if not self.target:
+            self.dropped.append(f"the field {name}")
+        elif in_part:
+            self.dropped.append(f"the bits {name}, of which the file has a part")
+        elif values is None:
+            self.dropped.append(f"the strings {name}")
+        return values if self.target and not in_part else None
 
     def _put(self, name: str, values: Array, width: int) -> None:
         rows = values if width == 1 else values.reshape(-1, max(width, 1))
@@ -226,12 +240,8 @@ class _Sections:
     def _array_of_field(self, name: str) -> None:
         width, n, kind = self._words(f"the array {name}", 3)[:3]
         counts = [self._count(count, f"the array {name}") for count in (width, n)]
-        values = self.cursor.array(name, kind, counts[0] * counts[1])
-        if not self.target:
-            self.dropped.append(f"the field {name}")
-        elif values is None:
-            self.dropped.append(f"the strings {name}")
-        else:
+        values = self._kept(name, kind, counts[1], counts[0])
+        if values is not None:
             self._put(name, values, counts[0])
 
     # What all of it makes.
