@@ -1,4 +1,4 @@
-"""Data sets of every kind that VTK has, with arrays of every kind, and what is to be read of them."""
+"""VTK's data sets and arrays of every kind, and what is to be read of them."""
 
 from __future__ import annotations
 
