@@ -126,7 +126,8 @@ class _File:
             if n:
                 raise UnreadableError("there are no Points in it")
             return np.empty((0, 3))
-        element.attributes.setdefault("NumberOfComponents", "3")
+        for name, value in (("NumberOfComponents", "3"), ("Name", "Points")):
+            element.attributes.setdefault(name, value)
         return in_space(self._numbers(element, n, n))
 
     def _numbers(self, element: Element, n: int | None, distinct: int = 0) -> Array:
