@@ -1,7 +1,9 @@
 """VTK files, the old kind and the XML."""
 
+import numpy as np
 import pytest
 
+from meshopt_cli.errors import ReadError
 from meshopt_cli.formats import FORMATS, Encoding, encoding_for, read, write
 from support.encodings import assert_same, assert_unreadable, tagged, tets, text_mesh
 
@@ -106,3 +108,20 @@ def test_vtu_files_that_are_refused(tmp_path, old, new, word):
     assert old in text
     path.write_text(text.replace(old, new))
     assert_unreadable(path, word)
+
+
+@pytest.mark.parametrize("name", ["vtk", "vtu"])
+def test_names_that_would_become_one_stay_two(tmp_path, name):
+    mesh = tets()
+    mesh.point_data = {"a\tb": np.arange(5), "a\nb": np.arange(5) + 7, "": np.arange(5) + 14}
+    path = tmp_path / f"mesh.{name}"
+    write(path, mesh, FORMATS[name].default)
+    again, _ = read(path)
+    assert [values[0] for values in again.point_data.values()] == [0, 7, 14]
+
+
+def test_bytes_that_show_on_terminals_are_named_as_numbers(tmp_path):
+    text = VTK_51.replace("UNSTRUCTURED_GRID", "\x1b[31mGRID")
+    with pytest.raises(ReadError) as caught:
+        read(text_mesh(tmp_path, text, "mesh.vtk"))
+    assert str(caught.value).isprintable()

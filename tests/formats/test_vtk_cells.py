@@ -166,4 +166,4 @@ def test_hidden_cells_are_named(tmp_path, extension):
     path.write_text(text)
     mesh, source = read(path)
     assert mesh.blocks[0].cells.tolist() == [[0, 1, 2], [2, 3, 4]]
-    assert source.lost == ("1 hidden cells",)
+    assert source.lost == ("1 hidden cell",)

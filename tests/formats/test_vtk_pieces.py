@@ -101,7 +101,7 @@ def test_pieces_make_the_whole(tmp_path_factory, seed, n, ghosts, ids, one_file)
         np.testing.assert_array_equal(found, wanted)
     assert ("GlobalNodeID" in mesh.point_data) == ids
     extra = sum(len(part.blocks[0].cells) for part in parts) - len(owner)
-    said = [f"{extra} ghost cells, which other pieces have"] if extra else []
+    said = [f"{extra} ghost cell{'s' * (extra > 1)}, which other pieces have"] if extra else []
     assert list(source.lost) == said
 
 
@@ -206,7 +206,7 @@ def test_pieces_are_written_as_one_vtu(tmp_path):
     )
 
 
-@pytest.mark.parametrize(("n", "level"), itertools.product((1, 3), (0, 1, 2)))
+@pytest.mark.parametrize(("n", "level"), list(itertools.product((1, 3), (0, 1, 2))))
 def test_as_vtk_cuts_it(tmp_path, n, level):
     vtk = pytest.importorskip("vtk")
     grid = vtk.vtkImageData()

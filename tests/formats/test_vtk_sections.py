@@ -196,7 +196,7 @@ def test_grids(tmp_path, dimensions, kind, cells):
     ("old", "new", "words"),
     [
         ("POINTS 4", "POINTS 5", ["POINTS", "12 numbers of 15", "'CELLS'", "line 7"]),
-        ("POINTS 4", "POINTS x", ["POINTS", "'x'"]),
+        ("POINTS 4", "POINTS x", ["POINTS has 'x'", "line 5"]),
         ("0 1 0 0", "0 1 b 0", ["'b'", "line 6"]),
         ("float", "quaternion", ["quaternion"]),
         ("CELLS 2 9", "CELLS 3 9", ["CELLS", "3 cells in 9 numbers"]),

@@ -125,6 +125,11 @@ def title(number: int) -> str:
     return f"polyline, {name} ({number})" if number == POLY_LINE else f"{name} ({number})"
 
 
+def counted(n: int, what: str) -> str:
+    """A number of cells: "1 hidden cell", "3 hidden cells"."""
+    return f"{n} {what}{'s' * (n != 1)}"
+
+
 class Run(NamedTuple):
     """Cells of one type that stand together: their rows, and the cells they were made of.
 
@@ -227,7 +232,7 @@ def _leave_out(out: list[Run], runs: list[Run], dropped: list[str]) -> None:
             )
         counts[run.number] = counts.get(run.number, 0) + len(run.rows)
     for number, n in counts.items():
-        dropped.append(f"{n} cell{'s' * (n > 1)} of type {title(number)}")
+        dropped.append(f"{counted(n, 'cell')} of type {title(number)}")
 
 
 def _dimension(run: Run) -> int:

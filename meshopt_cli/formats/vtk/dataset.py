@@ -8,7 +8,7 @@ import numpy as np
 
 from ...mesh.model import Array, Mesh
 from ..sniff import UnreadableError
-from .cells import Cells, blocks_of
+from .cells import Cells, blocks_of, counted
 
 # Arrays that mark ghosts and hidden cells; the second one until version 6 of VTK.
 MARKS = _GHOSTS, _LEVELS = "vtkGhostType", "vtkGhostLevels"
@@ -74,7 +74,7 @@ def without_hidden(data: Dataset, dropped: list[str]) -> Dataset:
         hidden[cell_of[known][(marks[vertices[known]] & _HIDDEN_POINT) > 0]] = True
     if not hidden.any():
         return data
-    dropped.append(f"{np.count_nonzero(hidden)} hidden cells")
+    dropped.append(counted(int(hidden.sum()), "hidden cell"))
     return only(data, ~hidden)
 
 

@@ -69,7 +69,7 @@ class _Sections:
                 continue
             handler = handlers.get(word.lower())
             if handler is None:
-                raise cursor.refuse(f"{word[:40]!r} is no keyword that is known here, and stands")
+                raise cursor.refuse(f"unknown keyword {word[:40]!r}")
             handler(word.lower())
 
     def _handlers(self) -> dict[str, Callable[[str], None]]:
@@ -94,17 +94,17 @@ class _Sections:
 
     def _words(self, keyword: str, n: int) -> list[str]:
         """The words in the line of a keyword, at least n."""
-        place = self.cursor.place
+        start = self.cursor.at
         words = self.cursor.line()
         if len(words) < n:
-            raise UnreadableError(f"{keyword.upper()} is not complete at {place}")
+            self.cursor.at = start
+            raise self.cursor.refuse(f"{keyword.upper()} is not complete")
         return words
 
     def _count(self, word: str, keyword: str) -> int:
         if not re.fullmatch(r"\d{1,18}", word):
-            raise self.cursor.refuse(
-                f"{keyword.upper()} should have a count, and has {word[:40]!r} before the text"
-            )
+            self.cursor.at -= 1  # back into the line
+            raise self.cursor.refuse(f"{keyword.upper()} has {word[:40]!r} for a count")
         return int(word)
 
     def _dataset(self, keyword: str) -> None:
@@ -128,6 +128,7 @@ class _Sections:
         try:
             self.triples[keyword] = [float(word) for word in words]
         except ValueError:
+            self.cursor.at -= 1
             raise self.cursor.refuse(f"{keyword.upper()} should have three numbers") from None
 
     def _array(self, what: str, kind: str, n: int) -> Array:

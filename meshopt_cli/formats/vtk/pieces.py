@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...mesh.model import Array
-from .cells import Cells
+from .cells import Cells, counted
 from .dataset import MARKS, Dataset, marks_of, only
 
 # Numbers of points through all pieces, by their name in small letters.
@@ -31,14 +31,14 @@ def join(pieces: list[Dataset], dropped: list[str]) -> Dataset:
     several = [_without_ghosts(piece) for piece in several]
     whole = _appended(several, dropped)
     if ghosts := n_cells - len(whole.cells.types):
-        dropped.append(f"{ghosts} ghost cells, which other pieces have")
+        dropped.append(f"{counted(ghosts, 'ghost cell')}, which other pieces have")
     numbers = np.arange(len(several))
     piece_of = np.repeat(numbers, [len(piece.points) for piece in several])
     first = _first_alike(whole, piece_of)
     piece_of = np.repeat(numbers, [len(piece.cells.types) for piece in several])
     again = _cells_again(whole, first, piece_of)
     if again.any():
-        dropped.append(f"{np.count_nonzero(again)} cells that an earlier piece has too")
+        dropped.append(f"{counted(int(again.sum()), 'cell')} that an earlier piece has too")
         whole = only(whole, ~again)
     return _merged(whole, first, dropped)
 

@@ -35,6 +35,8 @@ _XML_NAMES = {code: name for name, code in KINDS.items()}
 
 def _code(values: Array) -> str:
     """Kind and size of the numbers, "f8": reals of other sizes are written as these."""
+    if values.dtype == bool:
+        return "u1"
     if values.dtype.kind == "f" and values.dtype.itemsize not in (4, 8):
         return "f8"
     return f"{values.dtype.kind}{values.dtype.itemsize}"
