@@ -108,7 +108,7 @@ def read(path: Path, file_format: str | None = None) -> tuple[Mesh, Source]:
         if not isinstance(error, UnreadableError):
             reason = f"truncated or malformed ({reason})"
         raise ReadError(f"{path}: not a readable {row.title} file: {reason}") from error
-    lost = tuple(dict.fromkeys(dropped))
+    lost = tuple(dict.fromkeys(map(_shown, dropped)))
     if lost:
         log.warning("%s: dropped on reading: %s", path, ", ".join(lost))
     return mesh, Source(path, encoding, digest, lost)
@@ -208,7 +208,7 @@ def write(path: Path, mesh: Mesh, encoding: Encoding) -> Written:
         raise WriteError(f"{path}: cannot be written: {_reason(error)}") from error
     except Exception as error:
         raise WriteError(f"{path}: cannot be written as {row.title}: {_one_line(error)}") from error
-    lost = tuple(dict.fromkeys(dropped))
+    lost = tuple(dict.fromkeys(map(_shown, dropped)))
     if lost:
         log.warning("%s: %s cannot hold %s: dropped", path, row.title, ", ".join(lost))
     return Written(path, encoding, digest[0], lost)
@@ -243,7 +243,12 @@ def _reason(error: OSError) -> str:
 
 
 def _one_line(error: BaseException) -> str:
-    return " ".join(str(error).split())[:200] or type(error).__name__
+    return _shown(" ".join(str(error).split()))[:200] or type(error).__name__
+
+
+def _shown(text: str) -> str:
+    """A text with names out of a file, without what a terminal would obey."""
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
 def _extensions(to_read: bool = False) -> str:

@@ -5,7 +5,7 @@ import pytest
 
 from meshopt_cli.errors import ReadError
 from meshopt_cli.formats import FORMATS, Encoding, encoding_for, read, write
-from support.encodings import assert_same, assert_unreadable, tagged, tets, text_mesh
+from support.encodings import assert_same, assert_unreadable, tagged, tets, text_mesh, warnings_of
 
 VTK_51 = """# vtk DataFile Version 5.1
 title
@@ -120,8 +120,22 @@ def test_names_that_would_become_one_stay_two(tmp_path, name):
     assert [values[0] for values in again.point_data.values()] == [0, 7, 14]
 
 
-def test_bytes_that_show_on_terminals_are_named_as_numbers(tmp_path):
-    text = VTK_51.replace("UNSTRUCTURED_GRID", "\x1b[31mGRID")
-    with pytest.raises(ReadError) as caught:
-        read(text_mesh(tmp_path, text, "mesh.vtk"))
-    assert str(caught.value).isprintable()
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("UNSTRUCTURED_GRID", "\x1b[31mGRID"),
+        ("SCALARS id int 1", "SCALARS %1B[31m quaternion 1"),
+        ("SCALARS id int 1\nLOOKUP_TABLE default\n4 5", "FIELD f 1\n%1B[31m%0A 1 2 string\na\nb"),
+        ("TIME 1 1", "%1B[31mTIME 1 1"),
+    ],
+)
+def test_what_a_terminal_would_obey_is_not_said(tmp_path, caplog, old, new):
+    assert old in VTK_51
+    path = text_mesh(tmp_path, VTK_51.replace(old, new), "mesh.vtk")
+    try:
+        said = ", ".join(read(path)[1].lost)
+    except ReadError as error:
+        said = str(error)
+    assert "[31m" in said
+    assert said.isprintable()
+    assert all(line.isprintable() for line in warnings_of(caplog))

@@ -28,8 +28,8 @@ STRINGS = ("string", "utf8_string", "unicode_string", "variant")
 
 _WORD = re.compile(rb"\s*(\S+)")
 _BARE = re.compile(rb"\S+")
-# What people write into files by hand: a sign that stands alone, for a name may start with it.
-_COMMENT = re.compile(rb"(?<!\S)#(?!\S)[^\n]*")
+# What people write into files by hand: after a sign that stands alone, for names may have it.
+_COMMENT = re.compile(rb"#(?!\S)[^\n]*")
 _CHUNK = 1 << 21  # bytes at a time, which bounds the memory it takes
 
 
@@ -48,7 +48,7 @@ class Cursor:
 
     def __init__(self, data: bytes, at: int, binary: bool):
         if not binary and data.find(b"#", at) >= 0:
-            data = data[:at] + _COMMENT.sub(lambda found: b" " * len(found[0]), data[at:])
+            data = data[:at] + _COMMENT.sub(_blank, data[at:])
         self.data = data
         self.at = at
         self.binary = binary
@@ -213,6 +213,12 @@ class Cursor:
         size = {3: 1, 2: 2, 1: 4, 0: 8}[self.data[self.at] >> 6]
         coded = int.from_bytes(self._bytes(what, size), "big")
         return coded & ((1 << (8 * size - 2)) - 1)
+
+
+def _blank(comment: re.Match[bytes]) -> bytes:
+    """Blanks for a comment, so that all else stays in its place."""
+    alone = comment.string[comment.start() - 1 : comment.start()].isspace()
+    return b" " * len(comment[0]) if alone else comment[0]
 
 
 def name_of(word: str) -> str:
