@@ -2,9 +2,8 @@
 
 What came in goes out: version, text or binary, names, tags, cells of lower dimension,
 arrays, and every bit of every coordinate. Files may be compressed, or pipes. What a format
-cannot hold is dropped with a warning that names it. Reading and writing go through meshio,
-which is imported here only, and not before it is needed; what a format needs besides stands
-in a module of its own.
+cannot hold is dropped with a warning that names it. What a format needs stands in a module of
+its own. Some go through meshio, which is imported here only, and not before it is needed.
 """
 
 from __future__ import annotations
