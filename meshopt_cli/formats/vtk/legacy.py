@@ -98,13 +98,13 @@ class _Sections:
         words = self.cursor.line()
         if len(words) < n:
             self.cursor.at = start
-            raise self.cursor.refuse(f"{keyword.upper()} is not complete")
+            raise self.cursor.refuse(f"{_said(keyword)} is not complete")
         return words
 
     def _count(self, word: str, keyword: str) -> int:
         if not re.fullmatch(r"\d{1,18}", word):
             self.cursor.at -= 1  # back into the line
-            raise self.cursor.refuse(f"{keyword.upper()} has {word[:40]!r} for a count")
+            raise self.cursor.refuse(f"{_said(keyword)} has {word[:40]!r} for a count")
         return int(word)
 
     def _dataset(self, keyword: str) -> None:
@@ -324,6 +324,11 @@ class _Sections:
         steps = self.triples.get("spacing", self.triples.get("aspect_ratio", [1.0, 1.0, 1.0]))
         origin = np.array(self.triples.get("origin", [0.0, 0.0, 0.0]))
         return grids.image((0, 0, 0), dimensions, origin, np.array(steps), np.eye(3))
+
+
+def _said(keyword: str) -> str:
+    """A keyword as files mostly have it; an array by its own name."""
+    return keyword if " " in keyword else keyword.upper()
 
 
 def _split(name: str, stream: Array, n: int) -> tuple[Array, Array]:

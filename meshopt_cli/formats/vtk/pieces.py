@@ -121,8 +121,10 @@ def _first_alike(whole: Dataset, piece_of: Array) -> Array:
         ids = whole.point_data.get(name)
         if ids is not None and ids.ndim == 1 and ids.dtype.kind in "iu":
             first, apart = _grouped([ids], piece_of)
-            reach = np.abs(whole.points - whole.points[first]).max(initial=0.0)
-            if not apart and reach <= _SAME_PLACE * np.ptp(whole.points, axis=0).max():
+            with np.errstate(invalid="ignore"):  # between coordinates that are not finite
+                reach = np.abs(whole.points - whole.points[first]).max(initial=0.0)
+                extent = np.ptp(whole.points, axis=0).max()
+            if not apart and reach <= _SAME_PLACE * extent:
                 return first
     real = whole.points.dtype.newbyteorder("=")
     bits = (whole.points.astype(real) + real.type(0)).view(f"i{real.itemsize}")  # -0 is 0
