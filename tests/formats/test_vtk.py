@@ -98,6 +98,7 @@ def test_vtu_of_later_versions(tmp_path):
         ('"UnstructuredGrid"', '"PolyData"', "PolyData"),
         ('"UnstructuredGrid"', '"vtkMultiBlockDataSet"', "vtkMultiBlockDataSet"),
         ('"connectivity"', '"vertices"', "connectivity"),
+        ('NumberOfComponents="3"', 'NumberOfComponents="2"', "Points"),
         ("</UnstructuredGrid>", "", "malformed"),
     ],
 )

@@ -158,6 +158,10 @@ def checked(connectivity: Array, offsets: Array, types: Array) -> Cells:
     UnreadableError
         It does not fit together.
     """
+    if len(types) and (types.min() < 0 or types.max() > 255):
+        raise UnreadableError("its cells have types with numbers that no type has")
+    if len(types) and (types.min() < 0 or types.max() > 255):
+        raise UnreadableError("its cells have types with numbers that no type has")
     if len(types) != len(offsets) - 1:
         raise UnreadableError(f"it has {len(offsets) - 1} cells, and types of {len(types)}")
     offsets = offsets.astype(np.int64)
@@ -167,7 +171,7 @@ def checked(connectivity: Array, offsets: Array, types: Array) -> Cells:
         raise UnreadableError(
             f"its cells have {offsets[-1]} vertices together, and {len(connectivity)} are there"
         )
-    return Cells(connectivity, offsets, types)
+    return Cells(connectivity, offsets, types.astype(np.uint8))
 
 
 def blocks_of(cells: Cells, data: dict[str, Array], dropped: list[str]) -> list[Block]:

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...mesh.model import Array, Mesh
-from ..sniff import UnreadableError
 from .cells import Cells, blocks_of, counted
 
 # Arrays that mark ghosts and hidden cells; the second one until version 6 of VTK.
@@ -97,16 +96,3 @@ def only(data: Dataset, wanted: Array) -> Dataset:
     cells = Cells(vertices, np.append(0, np.cumsum(sizes[wanted])), data.cells.types[wanted])
     cell_data = {name: values[wanted] for name, values in data.cell_data.items()}
     return Dataset(data.points, cells, data.point_data, cell_data, data.ids)
-
-
-def in_space(values: Array) -> Array:
-    """Coordinates one after another as points, (np, 3).
-
-    Raises
-    ------
-    UnreadableError
-        Their number cannot be divided by three.
-    """
-    if values.size % 3:
-        raise UnreadableError(f"its points have {values.size} coordinates, three each are needed")
-    return values.reshape(-1, 3)

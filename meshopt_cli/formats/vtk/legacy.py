@@ -17,7 +17,7 @@ from ..sniff import Encoding, UnreadableError
 from . import grids
 from .cells import Cells, checked
 from .cursor import BIT, Cursor, name_of
-from .dataset import Dataset, in_space, keep, mesh_of
+from .dataset import Dataset, keep, mesh_of
 from .surface import NO_CELLS, SURFACE, surface
 
 _HEADER = re.compile(rb"\s*[^\n]*\n[^\n]*\n\s*\w+[^\n]*")
@@ -117,7 +117,8 @@ class _Sections:
 
     def _points(self, keyword: str) -> None:
         n, kind = self._words(keyword, 2)[:2]
-        self.points = in_space(self._array("POINTS", kind, 3 * self._count(n, keyword)))
+        values = self._array("POINTS", kind, 3 * self._count(n, keyword))
+        self.points = values.reshape(-1, 3)
 
     def _axis(self, keyword: str) -> None:
         n, kind = self._words(keyword, 2)[:2]
@@ -154,10 +155,7 @@ class _Sections:
 
     def _types(self, keyword: str) -> None:
         n = self._count(self._words(keyword, 1)[0], keyword)
-        types = self._array("CELL_TYPES", "int", n)
-        if n and (types.min() < 0 or types.max() > 255):
-            raise UnreadableError("its CELL_TYPES have numbers that no type has")
-        self.types = types.astype(np.uint8)
+        self.types = self._array("CELL_TYPES", "int", n)
 
     # Arrays of points and cells.
 

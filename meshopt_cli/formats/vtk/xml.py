@@ -15,7 +15,7 @@ from ..sniff import Encoding, UnreadableError
 from . import grids
 from .arrays import Decoder
 from .cells import Cells, checked
-from .dataset import Dataset, in_space, keep, mesh_of
+from .dataset import Dataset, keep, mesh_of
 from .pieces import join
 from .surface import NO_CELLS, surface
 from .tree import Element, parse
@@ -128,7 +128,10 @@ class _File:
             return np.empty((0, 3))
         for name, value in (("NumberOfComponents", "3"), ("Name", "Points")):
             element.attributes.setdefault(name, value)
-        return in_space(self._numbers(element, n, n))
+        points = self._numbers(element, n, n)
+        if points.shape[1:] != (3,):
+            raise UnreadableError("its points do not have three coordinates")
+        return points
 
     def _numbers(self, element: Element, n: int | None, distinct: int = 0) -> Array:
         values = self.decoder.array(element, n, distinct)
@@ -145,7 +148,7 @@ class _File:
             if n:
                 raise UnreadableError("there are no types of Cells in it")
             return Cells(*NO_CELLS, np.empty(0, np.uint8))
-        return checked(vertices, offsets, self._numbers(types, n).astype(np.uint8))
+        return checked(vertices, offsets, self._numbers(types, n))
 
     def _surface(self, piece: Element) -> Cells:
         return surface(
