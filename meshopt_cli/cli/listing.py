@@ -45,7 +45,7 @@ def _use(measure: Measure) -> str:
 def _formats() -> list[Row]:
     from ..formats import FORMATS
 
-    return [(f.name, " ".join(f.extensions), f.description) for f in FORMATS.values()]
+    return [(f.name, " ".join((*f.extensions, *f.others)), f.description) for f in FORMATS.values()]
 
 
 def _rules() -> list[Row]:

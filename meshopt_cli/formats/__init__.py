@@ -2,9 +2,8 @@
 
 What came in goes out: version, text or binary, names, tags, cells of lower dimension,
 arrays, and every bit of every coordinate. Files may be compressed, or pipes. What a format
-cannot hold is dropped with a warning that names it. Reading and writing go through meshio,
-which is imported here only, and not before it is needed; what a format needs besides stands
-in a module of its own.
+cannot hold is dropped with a warning that names it. What a format needs stands in a module of
+its own. Some go through meshio, which is imported here only, and not before it is needed.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from ..mesh.model import Array, Block, Mesh
 from .atomic import target_of
 from .foreign import NO_MESHES, foreign_kind
 from .numbering import Numbering, numbering
-from .sniff import HEAD, Encoding, UnreadableError, encoding_of
+from .sniff import ADVICE, HEAD, Encoding, UnreadableError, encoding_of
 from .streams import PIPE, ZIPPED, as_file, contents, extension, written
 from .table import FORMATS, Format
 from .vtk import VTK_VERSIONS, VTU_VERSIONS
@@ -108,7 +107,7 @@ def read(path: Path, file_format: str | None = None) -> tuple[Mesh, Source]:
         if not isinstance(error, UnreadableError):
             reason = f"truncated or malformed ({reason})"
         raise ReadError(f"{path}: not a readable {row.title} file: {reason}") from error
-    lost = tuple(dict.fromkeys(dropped))
+    lost = tuple(dict.fromkeys(map(_shown, dropped)))
     if lost:
         log.warning("%s: dropped on reading: %s", path, ", ".join(lost))
     return mesh, Source(path, encoding, digest, lost)
@@ -158,7 +157,9 @@ def _encoding_for(path: Path, source: Encoding | None, file_format: str | None) 
     else:
         rows = _with_extension(path)
         if not rows:
-            raise WriteError(f"{path}: unknown extension: choose one of {_extensions()}")
+            known = any(extension(path) in row.others for row in FORMATS.values())
+            what = f"{extension(path)} is read, and not written" if known else "unknown extension"
+            raise WriteError(f"{path}: {what}: choose one of {_extensions()}")
         row = next((row for row in rows if source and row.name == source.format), rows[0])
     new = row.default
     if source is None or FORMATS[source.format].family != row.family:
@@ -206,7 +207,7 @@ def write(path: Path, mesh: Mesh, encoding: Encoding) -> Written:
         raise WriteError(f"{path}: cannot be written: {_reason(error)}") from error
     except Exception as error:
         raise WriteError(f"{path}: cannot be written as {row.title}: {_one_line(error)}") from error
-    lost = tuple(dict.fromkeys(dropped))
+    lost = tuple(dict.fromkeys(map(_shown, dropped)))
     if lost:
         log.warning("%s: %s cannot hold %s: dropped", path, row.title, ", ".join(lost))
     return Written(path, encoding, digest[0], lost)
@@ -241,23 +242,33 @@ def _reason(error: OSError) -> str:
 
 
 def _one_line(error: BaseException) -> str:
-    return " ".join(str(error).split())[:200] or type(error).__name__
+    return _shown(" ".join(str(error).split()))[:200] or type(error).__name__
 
 
-def _extensions() -> str:
-    known = dict.fromkeys(e for row in FORMATS.values() for e in row.extensions)
+def _shown(text: str) -> str:
+    """A text with names out of a file, without what a terminal would obey."""
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+
+
+def _extensions(to_read: bool = False) -> str:
+    rows = FORMATS.values()
+    known = dict.fromkeys(end for row in rows for end in row.extensions)
+    known |= dict.fromkeys(end for row in rows for end in row.others if to_read)
     return f"{', '.join(known)}, and these with {ZIPPED}"
 
 
-def _with_extension(path: Path) -> list[Format]:
-    end = extension(Path(path))
-    return [row for row in FORMATS.values() if end in row.extensions]
+def _with_extension(path: Path, to_read: bool = False) -> list[Format]:
+    end, rows = extension(path), FORMATS.values()
+    return [row for row in rows if end in row.extensions or (to_read and end in row.others)]
 
 
 def _sniff(path: Path, head: bytes, wanted: Format | None) -> Encoding:
-    rows = [wanted] if wanted else list(FORMATS.values()) if path == PIPE else _with_extension(path)
+    every = list(FORMATS.values())
+    rows = [wanted] if wanted else every if path == PIPE else _with_extension(path, to_read=True)
     if not rows:
-        raise ReadError(f"{path}: unknown extension: known are {_extensions()}")
+        if extension(path) in ADVICE:
+            raise ReadError(f"{path}: {ADVICE[extension(path)]}")
+        raise ReadError(f"{path}: unknown extension: known are {_extensions(to_read=True)}")
     if not head:
         raise ReadError(f"{path}: the file is empty")
     if head.startswith(b"version https://git-lfs"):
@@ -293,7 +304,7 @@ def _owned(mesh: Mesh) -> Mesh:
     real = np.float32 if mesh.points.dtype.newbyteorder("=") == np.float32 else np.float64
     points = np.require(mesh.points, real, ["C", "W"])
     blocks = [
-        Block(b.type, np.require(b.cells, np.int64, ["C", "W"]), own(b.data), b.entities)
+        Block(b.type, np.require(b.cells, np.int64, ["C", "W"]), own(b.data), b.entities, b.numbers)
         for b in mesh.blocks
     ]
     return replace(mesh, points=points, blocks=blocks, point_data=own(mesh.point_data))

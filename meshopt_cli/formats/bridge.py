@@ -1,4 +1,4 @@
-"""Between a `Mesh` and meshio: what it reads and writes, and what it says meanwhile."""
+"""Between a `Mesh` and meshio: what it reads, and what it says meanwhile."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import io
 import logging
 import tempfile
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -57,24 +57,11 @@ def prepared(path: Path, data: bytes, plain: bytes, name: str = "mesh") -> Itera
         yield copy
 
 
-def from_meshio(mesh: meshio.Mesh, name_of: Callable[[str], str] = str) -> Mesh:
-    """Take over what meshio read, under the names that the file means."""
-    arrays = {name_of(name): values for name, values in mesh.cell_data.items()}
+def from_meshio(mesh: meshio.Mesh) -> Mesh:
+    """Take over what meshio read."""
+    arrays = mesh.cell_data
     blocks = [
         Block(block.type, np.asarray(block.data), {name: arrays[name][i] for name in arrays})
         for i, block in enumerate(mesh.cells)
     ]
-    return Mesh(mesh.points, blocks, {name_of(n): values for n, values in mesh.point_data.items()})
-
-
-def to_meshio(mesh: Mesh) -> meshio.Mesh:
-    """Hand over a mesh whose blocks all have the same arrays."""
-    import meshio
-
-    names = mesh.blocks[0].data if mesh.blocks else {}
-    return meshio.Mesh(
-        mesh.points,
-        [(block.type, block.cells) for block in mesh.blocks],
-        point_data=dict(mesh.point_data),
-        cell_data={name: [block.data[name] for block in mesh.blocks] for name in names},
-    )
+    return Mesh(mesh.points, blocks, dict(mesh.point_data))

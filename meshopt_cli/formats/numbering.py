@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..mesh.model import Mesh
+from ..mesh.model import Array, Mesh
 from .sniff import Encoding
 from .table import FORMATS
 
@@ -18,19 +18,20 @@ class Numbering:
 
     Attributes
     ----------
-    blocks : tuple of (str, int)
-        What the cells of each block are called, and the number of the first.
+    blocks : tuple of (str, int, array or None)
+        What the cells of each block are called, the number of the first, and which ones they
+        are where they do not follow each other: see `Block.numbers`.
     points : (str, int)
         The same for the points.
     """
 
-    blocks: tuple[tuple[str, int], ...]
+    blocks: tuple[tuple[str, int, Array | None], ...]
     points: tuple[str, int]
 
     def cell(self, block: int, row: int) -> str:
         """A row of a block: "element 12"."""
-        name, first = self.blocks[block]
-        return f"{name} {first + row}"
+        name, first, numbers = self.blocks[block]
+        return f"{name} {first + (row if numbers is None else int(numbers[row]))}"
 
     def point(self, i: int) -> str:
         """A point: "node 7"."""
@@ -47,5 +48,6 @@ def numbering(encoding: Encoding, mesh: Mesh) -> Numbering:
         name = row.cell_name or _TYPES.get(block.type, block.type)
         first = following.get(name, row.first_number)
         following[name] = first + len(block.cells)
-        blocks.append((name, first))
+        first = first if block.numbers is None else row.first_number
+        blocks.append((name, first, block.numbers))
     return Numbering(tuple(blocks), (row.point_name, row.first_number))

@@ -8,6 +8,16 @@ from dataclasses import dataclass
 HEAD = 1 << 20  # bytes that are enough to tell
 
 _GMSH_HEADER = re.compile(rb"\s*(\S+)\s+([01])\s+(\d+)[ \t]*\r?\n")
+_VTK_HEADER = re.compile(
+    rb"\s*# *vtk DataFile Version\s+(\S+)[^\n]*\n[^\n]*\n\s*(\w*)", re.IGNORECASE
+)
+# What to do about files that are none of the formats, by their extension.
+ADVICE = {
+    ".vtm": "it only names other files: give those",
+    ".vtmb": "it only names other files: give those",
+    ".pvd": "it only names other files: give those",
+    ".vtkhdf": "HDF5 is not read: save it as .vtu",
+}
 
 
 class UnreadableError(ValueError):
@@ -72,13 +82,13 @@ def _sniff_gmsh(head: bytes) -> Encoding | None:
 
 
 def _sniff_vtk(head: bytes) -> Encoding | None:
-    header = re.match(rb"# vtk DataFile Version\s+(\S+)[^\n]*\n[^\n]*\n\s*(\w*)", head)
+    header = _VTK_HEADER.match(head)
     if not header:
         return None
     return Encoding("vtk", header[1].decode("latin-1"), header[2].upper() == b"BINARY")
 
 
-def _sniff_vtu(head: bytes) -> Encoding | None:
+def _sniff_xml(head: bytes) -> Encoding | None:
     header = re.search(rb"<VTKFile\b([^>]*)>", head[:4096])
     if not header:
         return None
@@ -86,6 +96,8 @@ def _sniff_vtu(head: bytes) -> Encoding | None:
     form = re.search(rb'<DataArray\b[^>]*\bformat\s*=\s*["\'](\w+)', head)
     binary = form is not None and form[1] != b"ascii"
     said = version[1].decode("latin-1") if version else "0.1"
+    if re.search(rb'\btype\s*=\s*["\']P[A-Z]', header[1]):  # it names the files of its pieces
+        return Encoding("vtu", said, True, True)
     return Encoding("vtu", said, binary, binary and b"compressor" in header[1])
 
 
@@ -97,4 +109,4 @@ def _sniff_medit(head: bytes) -> Encoding | None:
     return Encoding("medit", str(int(header[1])), False) if header else None
 
 
-_SNIFFERS = (_sniff_gmsh, _sniff_vtk, _sniff_vtu, _sniff_medit)
+_SNIFFERS = (_sniff_gmsh, _sniff_vtk, _sniff_xml, _sniff_medit)

@@ -35,6 +35,8 @@ class Format:
     fit : function of (mesh, encoding)
         Makes the mesh that `write` takes, and lists what it left out.
     write : function of (path, mesh, encoding)
+    others : tuple of str
+        More extensions, of files that are read, and are not written.
     """
 
     family: str
@@ -48,6 +50,7 @@ class Format:
     read: Callable[[Path, bytes, Encoding], tuple[Mesh, list[str]]]
     fit: Callable[[Mesh, Encoding], tuple[Mesh, list[str]]]
     write: Callable[[Path, Mesh, Encoding], None]
+    others: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -61,10 +64,12 @@ def _gmsh(new: Encoding) -> Format:
     return Format("gmsh", "Gmsh", (".msh",), new, about, 1, "element", "node", *functions)
 
 
-def _vtk(title: str, new: Encoding, about: str, read: Callable, write: Callable) -> Format:
+def _vtk(
+    title: str, new: Encoding, about: str, read: Callable, write: Callable, *others: str
+) -> Format:
     functions = read, tags.for_vtk, write
     name = new.format
-    return Format(name, title, (f".{name}",), new, about, 0, "cell", "point", *functions)
+    return Format(name, title, (f".{name}",), new, about, 0, "cell", "point", *functions, others)
 
 
 def _medit(extension: str, new: Encoding) -> Format:
@@ -78,7 +83,7 @@ _ROWS = (
     _gmsh(Encoding("gmsh22", "2.2", binary=False)),
     _vtk(
         "VTK",
-        Encoding("vtk", "5.1", binary=True),
+        Encoding("vtk", "4.2", binary=True),
         "VTK without XML, versions 2.0 to 5.1, text or binary",
         vtk.read_vtk,
         vtk.write_vtk,
@@ -86,9 +91,11 @@ _ROWS = (
     _vtk(
         "VTU",
         Encoding("vtu", "1.0", binary=True, compressed=True),
-        "VTK with XML, unstructured grid, text or binary, compressed or not",
-        vtk.read_vtu,
+        "VTK with XML, text or binary, compressed or not",
+        vtk.read_xml,
         vtk.write_vtu,
+        *(".vtp", ".vti", ".vtr", ".vts"),
+        *(".pvtu", ".pvtp", ".pvti", ".pvtr", ".pvts"),
     ),
     _medit(".mesh", Encoding("medit", "2", binary=False)),
     _medit(".meshb", Encoding("meditb", "2", binary=True)),

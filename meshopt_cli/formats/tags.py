@@ -7,7 +7,7 @@ tells groups of cells apart goes by `GROUPS`.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from urllib.parse import quote
 
 import numpy as np
@@ -130,15 +130,21 @@ def for_medit(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
 def for_vtk(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
     """Fit a mesh for VTK: arrays run over all cells, 0 or NaN where there was none."""
 
-    def spelled(name: str) -> str:
-        """Without what XML cannot hold, or as VTK does without XML: no blanks."""
-        name = "".join(letter if letter.isprintable() else "_" for letter in name)
-        return quote(name, safe=_PRINTABLE) if encoding.format == "vtk" else name
+    def spelled(names: Iterable[str]) -> dict[str, str]:
+        """Names without what XML cannot hold, or as VTK does without XML: no blanks."""
+        new: dict[str, str] = {}
+        for name in names:
+            kept = "".join(letter if letter.isprintable() else "_" for letter in name) or "_"
+            kept = quote(kept, safe=_PRINTABLE) if encoding.format == "vtk" else kept
+            while kept in new.values():
+                kept += "_"
+            new[name] = kept
+        return new
 
     dropped = _names(mesh) + _model(mesh)
-    held = [b for b in _held(mesh.blocks, vtk.cell_types(), dropped) if len(b.cells)]
+    held = [b for b in _held(mesh.blocks, vtk.CELL_TYPES, dropped) if len(b.cells)]
     blocks = [Block(block.type, block.cells) for block in held]
-    for name in dict.fromkeys(name for block in held for name in block.data):
+    for name, kept in spelled(dict.fromkeys(name for b in held for name in b.data)).items():
         some = [block.data[name] for block in held if name in block.data]
         if len({array.shape[1:] for array in some}) != 1:
             dropped.append(name)
@@ -147,8 +153,9 @@ def for_vtk(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
         missing = np.full((1, *shape), np.nan if kind.kind == "f" else 0)
         for block, old in zip(blocks, held, strict=True):
             array = old.data.get(name, np.repeat(missing, len(block.cells), axis=0))
-            block.data[spelled(name)] = array.astype(kind)
-    point_data = {spelled(n): a for n, a in mesh.point_data.items() if n != DIM_TAGS}
+            block.data[kept] = array.astype(kind)
+    names = spelled(name for name in mesh.point_data if name != DIM_TAGS)
+    point_data = {kept: mesh.point_data[name] for name, kept in names.items()}
     return Mesh(_in_space(mesh.points), blocks, point_data), dropped
 
 

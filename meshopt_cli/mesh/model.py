@@ -26,12 +26,16 @@ class Block:
         Arrays with one row a cell, by the name the file gives them.
     entities : (m,) int array, optional
         Tags of the entities that bound this one (Gmsh 4.1).
+    numbers : (n,) int64, optional
+        Which cell of its file each one is, counted from 0, where some of the file stay out or
+        make several; None where they follow each other, through all blocks.
     """
 
     type: str
     cells: Array
     data: dict[str, Array] = field(default_factory=dict)
     entities: Array | None = None
+    numbers: Array | None = None
 
 
 @dataclass

@@ -1,9 +1,11 @@
 """VTK files, the old kind and the XML."""
 
+import numpy as np
 import pytest
 
+from meshopt_cli.errors import ReadError
 from meshopt_cli.formats import FORMATS, Encoding, encoding_for, read, write
-from support.encodings import assert_same, assert_unreadable, tagged, tets, text_mesh
+from support.encodings import assert_same, assert_unreadable, tagged, tets, text_mesh, warnings_of
 
 VTK_51 = """# vtk DataFile Version 5.1
 title
@@ -48,8 +50,7 @@ TENSORS t double
 @pytest.mark.parametrize(
     ("old", "new"),
     [
-        ("UNSTRUCTURED_GRID", "POLYDATA"),
-        ("10\n5", "10\n4"),
+        ("UNSTRUCTURED_GRID", "HYPER_GRID"),
         ("10\n5", "42\n5"),
         ("POINTS 4", "POINTS 5"),
         ("0 4 7", "0 4 8"),
@@ -91,10 +92,13 @@ def test_vtu_of_later_versions(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "word"),
     [
-        ("<Piece ", '<Piece NumberOfPoints="0" NumberOfCells="0"></Piece>\n<Piece ', "pieces"),
-        ('compressor="vtkZLibDataCompressor"', 'compressor="vtkLZ4DataCompressor"', "LZ4"),
-        ('NumberOfCells="6"', 'NumberOfCells="0"', "no cells"),
+        ('compressor="vtkZLibDataCompressor"', 'compressor="vtkZstdCompressor"', "vtkZstdCompr"),
+        ('NumberOfCells="6"', 'NumberOfCells="7"', "offsets"),
+        ('NumberOfPoints="5"', 'NumberOfPoints="6"', "Points"),
         ('"UnstructuredGrid"', '"PolyData"', "PolyData"),
+        ('"UnstructuredGrid"', '"vtkMultiBlockDataSet"', "vtkMultiBlockDataSet"),
+        ('"connectivity"', '"vertices"', "connectivity"),
+        ('NumberOfComponents="3"', 'NumberOfComponents="2"', "Points"),
         ("</UnstructuredGrid>", "", "malformed"),
     ],
 )
@@ -105,3 +109,34 @@ def test_vtu_files_that_are_refused(tmp_path, old, new, word):
     assert old in text
     path.write_text(text.replace(old, new))
     assert_unreadable(path, word)
+
+
+@pytest.mark.parametrize("name", ["vtk", "vtu"])
+def test_names_that_would_become_one_stay_two(tmp_path, name):
+    mesh = tets()
+    mesh.point_data = {"a\tb": np.arange(5), "a\nb": np.arange(5) + 7, "": np.arange(5) + 14}
+    path = tmp_path / f"mesh.{name}"
+    write(path, mesh, FORMATS[name].default)
+    again, _ = read(path)
+    assert [values[0] for values in again.point_data.values()] == [0, 7, 14]
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("UNSTRUCTURED_GRID", "\x1b[31mGRID"),
+        ("SCALARS id int 1", "SCALARS %1B[31m quaternion 1"),
+        ("SCALARS id int 1\nLOOKUP_TABLE default\n4 5", "FIELD f 1\n%1B[31m%0A 1 2 string\na\nb"),
+        ("TIME 1 1", "%1B[31mTIME 1 1"),
+    ],
+)
+def test_what_a_terminal_would_obey_is_not_said(tmp_path, caplog, old, new):
+    assert old in VTK_51
+    path = text_mesh(tmp_path, VTK_51.replace(old, new), "mesh.vtk")
+    try:
+        said = ", ".join(read(path)[1].lost)
+    except ReadError as error:
+        said = str(error)
+    assert "[31m" in said
+    assert said.isprintable()
+    assert all(line.isprintable() for line in warnings_of(caplog))
