@@ -106,7 +106,8 @@ def read(path: Path, file_format: str | None = None) -> tuple[Mesh, Source]:
         reason = _one_line(error)
         if not isinstance(error, UnreadableError):
             reason = f"truncated or malformed ({reason})"
-        raise ReadError(f"{path}: not a readable {row.title} file: {reason}") from error
+        kind = row.title_of(extension(path))
+        raise ReadError(f"{path}: not a readable {kind} file: {reason}") from error
     lost = tuple(dict.fromkeys(map(_shown, dropped)))
     if lost:
         log.warning("%s: dropped on reading: %s", path, ", ".join(lost))

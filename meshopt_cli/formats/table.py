@@ -57,6 +57,10 @@ class Format:
         """What `--file-format` calls it."""
         return self.default.format
 
+    def title_of(self, extension: str) -> str:
+        """What messages call a file of it that is read, by its extension: "VTP" with ".vtp"."""
+        return extension[1:].upper() if extension in self.others else self.title
+
 
 def _gmsh(new: Encoding) -> Format:
     about = f"Gmsh, version {new.version}, text or binary"

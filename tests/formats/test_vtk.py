@@ -5,7 +5,15 @@ import pytest
 
 from meshopt_cli.errors import ReadError
 from meshopt_cli.formats import FORMATS, Encoding, encoding_for, read, write
-from support.encodings import assert_same, assert_unreadable, tagged, tets, text_mesh, warnings_of
+from support.encodings import (
+    assert_same,
+    assert_same_array,
+    assert_unreadable,
+    tagged,
+    tets,
+    text_mesh,
+    warnings_of,
+)
 
 VTK_51 = """# vtk DataFile Version 5.1
 title
@@ -109,6 +117,17 @@ def test_vtu_files_that_are_refused(tmp_path, old, new, word):
     assert old in text
     path.write_text(text.replace(old, new))
     assert_unreadable(path, word)
+
+
+@pytest.mark.parametrize("count", ['NumberOfComponents=""', ""])
+def test_points_without_a_count_of_their_coordinates_have_three(tmp_path, count):
+    path = tmp_path / "mesh.vtu"
+    mesh = tets()
+    write(path, mesh, FORMATS["vtu"].default)
+    text = path.read_text()
+    assert text.count('NumberOfComponents="3"') >= 1
+    path.write_text(text.replace('NumberOfComponents="3"', count, 1))
+    assert_same_array(read(path)[0].points, mesh.points)
 
 
 @pytest.mark.parametrize("name", ["vtk", "vtu"])

@@ -127,8 +127,10 @@ def test_types_that_stay_out(tmp_path, extension, number):
     assert lost.startswith("2 cells of type")
     assert name in lost
     assert mesh.blocks[0].data["n"].tolist() == [1]
-    if dimension > 0:
-        alone = file_of(tmp_path, [out, (LINE, [0, 1])], POINTS, extension)
+    alone = file_of(tmp_path, [out, (LINE, [0, 1])], POINTS, extension)
+    if number == 4:
+        assert [block.type for block in read(alone)[0].blocks] == ["line"]
+    elif dimension > 0:
         assert_unreadable(alone, name)
 
 

@@ -219,3 +219,10 @@ def test_what_is_wrong_is_said(tmp_path, old, new, words):
     at = whole.rindex(old)
     text = whole[:at] + new + whole[at + len(old) :]
     assert_unreadable(text_mesh(tmp_path, text, "m.vtk"), *words)
+
+
+def test_a_curve_has_no_cells_but_is_read(tmp_path):
+    curve = SURFACE[: SURFACE.index("VERTICES")] + "LINES 1 5\n4 0 1 2 3\n"
+    mesh, source = read(text_mesh(tmp_path, curve, "m.vtk"))
+    assert (mesh.dimension(), len(mesh.points)) == (-1, 5)
+    assert source.lost == ("1 cell of type polyline, VTK_POLY_LINE (4)",)

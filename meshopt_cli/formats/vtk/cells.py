@@ -2,8 +2,8 @@
 
 A cell of a type that a `Block` has stays as it is, but for the order of its vertices. Pixels,
 voxels, strips and polygons become quads, hexahedra and triangles, and cells with several points
-become as many vertices. The others are dropped by name; where one of them is of the greatest
-dimension there is no mesh without it, and the file is refused.
+become as many vertices. The others are dropped by name; where one of them, other than a poly-line,
+is of the greatest dimension there is no mesh without it, and the file is refused.
 """
 
 from __future__ import annotations
@@ -160,8 +160,6 @@ def checked(connectivity: Array, offsets: Array, types: Array) -> Cells:
     """
     if len(types) and (types.min() < 0 or types.max() > 255):
         raise UnreadableError("its cells have types with numbers that no type has")
-    if len(types) and (types.min() < 0 or types.max() > 255):
-        raise UnreadableError("its cells have types with numbers that no type has")
     if len(types) != len(offsets) - 1:
         raise UnreadableError(f"it has {len(offsets) - 1} cells, and types of {len(types)}")
     offsets = offsets.astype(np.int64)
@@ -229,7 +227,7 @@ def _leave_out(out: list[Run], runs: list[Run], dropped: list[str]) -> None:
     top = max(_dimension(run) for run in runs)
     counts: dict[int, int] = {}
     for run in out:
-        if _dimension(run) == top and run.number != EMPTY:
+        if _dimension(run) == top and run.number not in (EMPTY, POLY_LINE):
             raise UnreadableError(
                 f"its cells of type {title(run.number)} are not supported: convert them to "
                 "triangles, quads, tetrahedra or hexahedra"

@@ -51,7 +51,7 @@ class Element:
         UnreadableError
             It is missing, or something else.
         """
-        value = self.get(name, otherwise).strip()
+        value = self.get(name).strip() or otherwise
         if not re.fullmatch(r"\d{1,18}", value):
             raise UnreadableError(f"<{self.tag}> should have a count {name}, and has {value!r}")
         return int(value)
@@ -64,7 +64,7 @@ class Element:
         UnreadableError
             It does not have them.
         """
-        words = self.get(name, otherwise).split()
+        words = (self.get(name) or otherwise).split()
         try:
             values = [float(word) for word in words]
         except ValueError:

@@ -127,7 +127,7 @@ class _File:
                 raise UnreadableError("there are no Points in it")
             return np.empty((0, 3))
         for name, value in (("NumberOfComponents", "3"), ("Name", "Points")):
-            element.attributes.setdefault(name, value)
+            element.attributes[name] = element.get(name) or value
         points = self._numbers(element, n, n)
         if points.shape[1:] != (3,):
             raise UnreadableError("its points do not have three coordinates")
