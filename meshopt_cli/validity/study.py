@@ -134,28 +134,25 @@ class Study:
     def repeated(self) -> Array:
         """Which cells of the top dimension have one vertex twice."""
         result = np.zeros(self.n_cells, dtype=bool)
-        for family, cells, numbers in self._top():
-            columns = [np.ascontiguousarray(cells[:, i]) for i in range(family.n_corners)]
-            for i in range(family.n_corners):
-                for j in range(i):
-                    result[numbers] |= columns[i] == columns[j]
+        for family, cells, numbers in self.blocks_of(self.dimension):
+            result[numbers] = has_repeated(cells[:, : family.n_corners])
         return result
 
     @cached_property
     def used(self) -> Array:
-        """Which points are vertices of a cell, a mere vertex not counted."""
+        """Which points are vertices of a cell; a mere vertex counts where there is nothing else."""
         used = np.zeros(self.n_points, dtype=bool)
         for block in self.mesh.blocks:
-            if block.type != SIMPLICES[0]:
+            if block.type != SIMPLICES[0] or self.dimension == 0:
                 rows = np.asarray(block.cells).ravel()
                 used[rows[(rows >= 0) & (rows < self.n_points)]] = True
         return used
 
     @cached_property
-    def cell_sets(self) -> list[CellSet]:
-        """The sound cells of the top dimension, family by family."""
+    def sound_sets(self) -> list[CellSet]:
+        """The sound cells of the top dimension, family by family, with the points of the file."""
         parts: dict[str, list[tuple[Array, Array]]] = {}
-        for family, cells, all_numbers in self._top():
+        for family, cells, all_numbers in self.blocks_of(self.dimension):
             sound = ~(self.out_of_range[all_numbers] | self.repeated[all_numbers])
             numbers, corners = all_numbers[sound], cells[sound, : family.n_corners]
             if not self.finite.all():
@@ -164,12 +161,17 @@ class Study:
             parts.setdefault(family.name, []).append((corners, numbers))
         return [CellSet(family, *_joined(rows)) for family, rows in parts.items()]
 
-    def _top(self) -> list[tuple[Family, Array, Array]]:
-        """Family, cells and numbers of the blocks of the top dimension, from 2 on."""
+    @cached_property
+    def cell_sets(self) -> list[CellSet]:
+        """The sound cells that the rules look at."""
+        return self.sound_sets
+
+    def blocks_of(self, dimension: int) -> list[tuple[Family, Array, Array]]:
+        """Family, cells and numbers of the blocks of one dimension; none of mere vertices."""
         found = []
         for block, first in zip(self.mesh.blocks, self.offsets, strict=False):
             family, cells = family_of(block.type), np.asarray(block.cells)
-            if family is None or family.dimension != self.dimension or self.dimension < 2:
+            if family is None or family.dimension != dimension or dimension < 1:
                 continue
             if np.shape(cells)[-1] >= family.n_corners:
                 found.append((family, cells, np.arange(first, first + len(cells))))
@@ -223,6 +225,11 @@ class Study:
         return InPlane(flat, 4 * self.eps * np.abs(flat).max(axis=1), frame.normal_axis)
 
     @cached_property
+    def may_branch(self) -> bool:
+        """Whether it is a surface in space, in which more than two faces may meet in an edge."""
+        return self.dimension == 2 and self.plane is None
+
+    @cached_property
     def flat_points(self) -> Array:
         """Points that the planar measures can work on: in the plane with z = 0, (np, 3)."""
         if self.plane is None:
@@ -232,20 +239,7 @@ class Study:
     @cached_property
     def duplicates(self) -> tuple[Array, Array]:
         """Numbers of the cells that repeat an earlier one, and of that one."""
-        later, earlier = [], []
-        for group in self.cell_sets:
-            rows = _in_doubt(group.cells)
-            ids = row_ids(group.cells[rows], self.n_points)
-            numbers = group.numbers[rows]
-            _, first, inverse = np.unique(ids, return_index=True, return_inverse=True)
-            again = np.flatnonzero(first[inverse] != np.arange(len(ids)))
-            later.append(numbers[again])
-            earlier.append(numbers[first[inverse[again]]])
-        if not later:
-            return np.empty(0, np.int64), np.empty(0, np.int64)
-        numbers = np.concatenate(later)
-        order = np.argsort(numbers)
-        return numbers[order], np.concatenate(earlier)[order]
+        return duplicates_in(self.cell_sets, self.n_points)
 
     @cached_property
     def centred(self) -> Array:
@@ -272,6 +266,32 @@ class Study:
         block = np.searchsorted(self.offsets, numbers, side="right") - 1
         found = np.stack([block, numbers - self.offsets[block]], axis=-1)
         return np.where(numbers[..., None] < 0, -1, found)
+
+
+def has_repeated(cells: Array) -> Array:
+    """Which rows of vertices, (n, k), have one vertex twice."""
+    columns = [np.ascontiguousarray(column) for column in cells.T]
+    result = np.zeros(len(cells), dtype=bool)
+    for i, column in enumerate(columns):
+        for other in columns[:i]:
+            result |= column == other
+    return result
+
+
+def duplicates_in(cell_sets: list[CellSet], n_points: int) -> tuple[Array, Array]:
+    """Numbers of the cells with the vertices of an earlier one of their family, and of that one."""
+    later, earlier = [np.empty(0, np.int64)], [np.empty(0, np.int64)]
+    for group in cell_sets:
+        rows = _in_doubt(group.cells)
+        ids = row_ids(group.cells[rows], n_points)
+        numbers = group.numbers[rows]
+        _, first, inverse = np.unique(ids, return_index=True, return_inverse=True)
+        again = np.flatnonzero(first[inverse] != np.arange(len(ids)))
+        later.append(numbers[again])
+        earlier.append(numbers[first[inverse[again]]])
+    numbers = np.concatenate(later)
+    order = np.argsort(numbers)
+    return numbers[order], np.concatenate(earlier)[order]
 
 
 def facets_of(cell_sets: list[CellSet], n_points: int) -> list[FacetSet]:

@@ -6,12 +6,12 @@ from collections.abc import Iterable
 
 from ...errors import ConfigError
 from ..model import Rule
-from . import conformity, constraint, content, domain, gates, shape
+from . import conformity, constraint, content, domain, gates, kinds, shape
 
 # In the order of the codes.
 RULES: dict[str, Rule] = {
     row.code: row
-    for module in (content, shape, conformity, domain, constraint, gates)
+    for module in (content, shape, conformity, domain, kinds, constraint, gates)
     for row in vars(module).values()
     if isinstance(row, Rule)
 }

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..examination import Examination
 from ..model import ERROR, Places, at_cells, rule
+from ..study import has_repeated
 
 
 @rule(
@@ -39,4 +40,8 @@ def find_out_of_range(study: Examination) -> Places:
 )
 def find_repeated(study: Examination) -> Places:
     repeated = study.repeated & ~study.out_of_range
+    lower = [rows for d in (1, 2) if d < study.dimension for _, rows, _ in study.blocks_of(d)]
+    if any(has_repeated(rows).any() for rows in lower):
+        for group in study.lower.sets:
+            repeated[group.numbers] |= has_repeated(group.cells)
     return at_cells(study, repeated, "a vertex is repeated in the cell")
