@@ -17,6 +17,7 @@ from ..mesh.adjacency import same_direction
 from ..mesh.model import Array
 from ..mesh.sizes import chunks
 from .boxes import bounding, extents, grid_widths, near_any, overlapping
+from .contact import unmatched
 from .examination import Examination
 from .geometry import Pairs
 from .study import MANY, CellSet, FacetSet
@@ -119,7 +120,8 @@ def _candidates(
     """Numbers of cells with a boundary facet, and of the cells whose boxes meet this facet's."""
     lows, highs, owners = [], [], []
     for facets in study.distinct_facets:
-        rows = np.concatenate([facets.alone(), _doubtful(study, facets)])
+        rows = unmatched(study, facets, study.first_points)
+        rows = np.concatenate([rows, _doubtful(study, facets)])
         rows = rows[~study.explained[facets.owners[rows]]]
         low, high = bounding(points, noise, facets.rows[rows], study.touch)
         lows.append(low)

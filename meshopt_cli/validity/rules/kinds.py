@@ -88,10 +88,8 @@ def find_standing(study: Examination) -> Places:
 
 def _standing(families: list[str], counts: list[int]) -> str:
     """What is said of a part by the number of its cells of each family."""
-    named = [
-        f"{n:,} {name if n == 1 else FAMILIES[name].plural}"
-        for name, n in zip(families, counts, strict=True)
-        if n
-    ]
-    verb = "bounds" if sum(counts) == 1 else "bound"
-    return f"{' and '.join(named)} of a part of its own, from this cell on, {verb} no cell"
+    there = [(name, n) for name, n in zip(families, counts, strict=True) if n]
+    if sum(counts) == 1:
+        return f"the {there[0][0]} stands by itself: it bounds no cell"
+    named = [f"{n:,} {name if n == 1 else FAMILIES[name].plural}" for name, n in there]
+    return f"{' and '.join(named)} stand by themselves, from this one on: they bound no cell"
