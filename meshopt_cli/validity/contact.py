@@ -14,7 +14,7 @@ from ..mesh.model import Array
 from ..mesh.sizes import norms
 from .boxes import around, bounding
 from .geometry import Pairs
-from .study import FacetSet, Study
+from .study import FacetSet, Study, facets_of
 
 QUAD = FAMILIES["quad"]
 
@@ -93,6 +93,29 @@ def _halves(study: Study, first: Array) -> Pairs:
     one = sides[3].owners[rows[3][same]]
     other = sides[4].owners[rows[4][at[same] // len(QUAD.corners)]]
     return np.maximum(one, other), np.minimum(one, other)
+
+
+def vertices_apart(study: Study, first: Array, hanging: Pairs) -> Array:
+    """Vertices of the file where cells meet without sharing all that they meet in, ascending.
+
+    Parameters
+    ----------
+    first : (np,) int64
+        The first point in the place of each.
+    hanging : pair of (n,) int64
+        See `hanging_nodes`.
+    """
+    apart = first != np.arange(study.n_points)
+    apart[first[apart]] = True
+    apart[hanging[0]] = True
+    for facets in facets_of(study.sound_sets, study.n_points):
+        alone = facets.alone()
+        rows = facets.rows[alone]
+        ids = row_ids(first[rows], study.n_points)
+        _, number, count = np.unique(ids, return_inverse=True, return_counts=True)
+        meets = (count[number] > 1) | np.isin(facets.owners[alone], hanging[1])
+        apart[rows[meets].ravel()] = True
+    return np.flatnonzero(apart)
 
 
 def unmatched(study: Study, facets: FacetSet, first: Array) -> Array:
