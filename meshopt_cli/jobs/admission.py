@@ -70,11 +70,11 @@ def require_simplices(mesh: Mesh) -> None:
         raise InvalidMeshError(_not_valid(report), mesh, report) from None
 
 
-def _not_valid(report: validity.Report) -> str:
+def _not_valid(report: validity.Report, allowed: tuple[str, ...] = ()) -> str:
     codes = sorted(group.code for group in report.errors)
     hint = ""
     if all(group.rule.can_be_meant for group in report.errors):
-        hint = f"; if it is meant to be so: --allow {','.join(codes)}"
+        hint = f"; if that is meant: --allow {','.join(sorted({*codes, *allowed}))}"
     return f"the mesh is not valid ({', '.join(codes)}): nothing written{hint}"
 
 
@@ -120,4 +120,4 @@ def admit(
             log.warning(TURNED, n_turned)
         log.warning("the mesh has inverted or flat cells: they are to be untangled")
         return mesh, report
-    raise InvalidMeshError(_not_valid(report), mesh, report)
+    raise InvalidMeshError(_not_valid(report, allowed), mesh, report)

@@ -155,21 +155,20 @@ def cast(mesh: Mesh) -> Simplices:
     single = mesh.points.dtype == np.float32
     region = regions_of(blocks, mesh.regions)
     part = Simplices(points, cells, region, fixed, facets, edges, frame, single, is_turned)
-    _fix_lower(mesh, part)
-    return part
+    return _with_lower(mesh, part)
 
 
-def _fix_lower(mesh: Mesh, part: Simplices) -> None:
-    """Fix the vertices of the cells of lower dimension that are no facets of others.
+def _with_lower(mesh: Mesh, part: Simplices) -> Simplices:
+    """What is worked on, in which the cells of lower dimension find all their vertices again.
 
-    Those of types that declare facets or edges are fixed by them where these are the cells'.
+    Facets that bound no cell have fixed vertices, and so have cells of other types, which come
+    back as they were.
     """
-    bound = adjacency.places_in(part.skin, part.facets, len(part.points)) >= 0
-    part.fixed[part.facets[~bound]] = True
-    declaring = SIMPLICES[: part.dimension + 1]
-    for block in mesh.blocks:
-        if block.type not in declaring:
-            part.fixed[block.cells] = True
+    if len(part.facets):
+        bound = adjacency.places_in(part.skin, part.facets, len(part.points)) >= 0
+        part.fixed[part.facets[~bound]] = True
+    others = [b.cells.ravel() for b in mesh.blocks if b.type not in SIMPLICES]
+    return part.holding(np.concatenate(others)) if others else part
 
 
 def with_simplices(mesh: Mesh, worked: Simplices, origin: Array, before: Simplices) -> Mesh:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..cells import FAMILIES, SIMPLICES, dimension_of
+from ..cells import FAMILIES, SIMPLICES, dimension_of, family_of
 from ..errors import BadMeshError, UnsupportedMeshError
 
 Array = np.ndarray
@@ -105,9 +105,8 @@ def main_blocks(mesh: Mesh, cell_type: str) -> list[Block]:
     return [b for b in mesh.blocks if b.type == cell_type and len(b.cells)]
 
 
-def declared(mesh: Mesh, cell_type: str) -> Array:
-    """Cells of one type over all blocks, (n, k) int64."""
-    found = [b.cells for b in mesh.blocks if b.type == cell_type]
-    if not found:
-        return np.empty((0, FAMILIES[cell_type].n_corners), np.int64)
-    return np.concatenate(found)
+def declared(mesh: Mesh, name: str) -> Array:
+    """Corners of the cells of one family over all blocks, of whatever order, (n, k) int64."""
+    family = FAMILIES[name]
+    found = [b.cells[:, : family.n_corners] for b in mesh.blocks if family_of(b.type) is family]
+    return np.concatenate([np.empty((0, family.n_corners), np.int64), *found])

@@ -17,7 +17,7 @@ from .coincidence import first_points, merged, places_of
 from .lower import Lower, lower_of
 from .shape import Shape, shape_of
 from .sheets import Sheets, sheets_of
-from .study import CellSet, Study
+from .study import CellSet, Study, has_repeated
 
 
 class Examination(Study):
@@ -106,6 +106,16 @@ class Examination(Study):
     def lower(self) -> Lower:
         """Cells of lower dimension that bound no cell."""
         return lower_of(self, self.first_points if self.is_in_pieces else None)
+
+    @cached_property
+    def repeated_lower(self) -> Array:
+        """Which cells of lower dimension that stand by themselves have one vertex twice."""
+        result = np.zeros(self.n_cells, dtype=bool)
+        lower = (rows for d in range(self.dimension) for _, rows, _ in self.blocks_of(d))
+        if any(has_repeated(rows).any() for rows in lower):  # to know which stand takes longer
+            for group in self.lower.sets:
+                result[group.numbers] = has_repeated(group.cells)
+        return result
 
     @cached_property
     def disagreeing(self) -> tuple[Array, Array]:

@@ -15,7 +15,7 @@ from ..cells import FAMILIES
 from ..mesh.adjacency import first_of, row_ids
 from ..mesh.model import Array
 from .boundary import components
-from .study import CellSet, Study
+from .study import CellSet, Study, joined
 
 
 @dataclass(frozen=True)
@@ -56,14 +56,10 @@ def lower_of(study: Study, first: Array | None = None) -> Lower:
     for group in study.cell_sets:
         taken[group.cells.ravel()] = True
     sets, free = [], []
-    for dimension in (study.dimension - 1, study.dimension - 2):
-        for family, rows, numbers in study.blocks_of(dimension):
-            sound = ~study.out_of_range[numbers]
-            cells = rows[sound, : family.n_corners]
-            found = CellSet(family.name, cells if first is None else first[cells], numbers[sound])
-            unbound, alone = _unbound(study, found, taken)
-            sets.append(CellSet(family.name, found.cells[unbound], found.numbers[unbound]))
-            free.append(alone[unbound])
+    for group in _lower_sets(study, first):
+        unbound, alone = _unbound(study, group, taken)
+        sets.append(CellSet(group.family, group.cells[unbound], group.numbers[unbound]))
+        free.append(alone[unbound])
     if not sum(len(alone) for alone in free):
         return none
     part = _hanging_together(study, sets, taken)
@@ -80,6 +76,18 @@ def lower_of(study: Study, first: Array | None = None) -> Lower:
         [parts[k][stand[k]] for k in kept],
         np.sort(np.concatenate(lost)),
     )
+
+
+def _lower_sets(study: Study, first: Array | None) -> list[CellSet]:
+    """The cells of one dimension less than the top, and of two, by their family."""
+    found: dict[str, list[tuple[Array, Array]]] = {}
+    for dimension in (study.dimension - 1, study.dimension - 2):
+        for family, rows, numbers in study.blocks_of(dimension):
+            sound = ~study.out_of_range[numbers]
+            cells = rows[sound, : family.n_corners]
+            cells = cells if first is None else first[cells]
+            found.setdefault(family.name, []).append((cells, numbers[sound]))
+    return [CellSet(family, *joined(rows)) for family, rows in found.items()]
 
 
 def _unbound(study: Study, group: CellSet, taken: Array) -> tuple[Array, Array]:

@@ -117,6 +117,15 @@ class Rule:
     on_request: bool = False
     can_be_meant: bool = False
 
+    @property
+    def advice(self) -> str:
+        """What to do about it, or how to say that it is meant, where it can be."""
+        if not self.can_be_meant:
+            return self.fix
+        return (
+            f"{self.fix} If it is meant: check --ignore {self.code}, optimize --allow {self.code}."
+        )
+
 
 @dataclass(frozen=True)
 class Group:

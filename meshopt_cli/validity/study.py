@@ -159,7 +159,7 @@ class Study:
                 sound = self.finite[corners].all(axis=1)
                 numbers, corners = numbers[sound], corners[sound]
             parts.setdefault(family.name, []).append((corners, numbers))
-        return [CellSet(family, *_joined(rows)) for family, rows in parts.items()]
+        return [CellSet(family, *joined(rows)) for family, rows in parts.items()]
 
     @cached_property
     def cell_sets(self) -> list[CellSet]:
@@ -304,7 +304,7 @@ def facets_of(cell_sets: list[CellSet], n_points: int) -> list[FacetSet]:
             parts.setdefault(width, []).append((rows, np.repeat(group.numbers, len(table))))
     sets = []
     for lists in parts.values():
-        rows, owners = _joined(lists)
+        rows, owners = joined(lists)
         ids = row_ids(rows, n_points)
         order, start = _equal_together(ids)
         sets.append(FacetSet(rows, owners, order, start, np.diff(start, append=len(ids))))
@@ -329,7 +329,7 @@ def _equal_together(ids: Array) -> tuple[Array, Array]:
     return order, start
 
 
-def _joined(parts: list[tuple[Array, Array]]) -> tuple[Array, Array]:
+def joined(parts: list[tuple[Array, Array]]) -> tuple[Array, Array]:
     """Pairs of arrays, one after the other; the most common single pair is not copied."""
     if len(parts) == 1:
         return parts[0]

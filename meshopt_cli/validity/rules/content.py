@@ -6,7 +6,6 @@ import numpy as np
 
 from ..examination import Examination
 from ..model import ERROR, Places, at_cells, rule
-from ..study import has_repeated
 
 
 @rule(
@@ -39,9 +38,5 @@ def find_out_of_range(study: Examination) -> Places:
     fix="Remove the cell, or write it as the simpler type that it really is.",
 )
 def find_repeated(study: Examination) -> Places:
-    repeated = study.repeated & ~study.out_of_range
-    lower = [rows for d in (1, 2) if d < study.dimension for _, rows, _ in study.blocks_of(d)]
-    if any(has_repeated(rows).any() for rows in lower):
-        for group in study.lower.sets:
-            repeated[group.numbers] |= has_repeated(group.cells)
+    repeated = (study.repeated & ~study.out_of_range) | study.repeated_lower
     return at_cells(study, repeated, "a vertex is repeated in the cell")

@@ -42,6 +42,7 @@ def find_inverted(study: Examination) -> Places:
 def find_flat(study: Examination) -> Places:
     flat = study.shape.flat.copy()
     flat[flat_in(study, study.lower.sets)] = True
+    flat &= ~study.repeated_lower
     return at_cells(study, flat, "the cell is flat")
 
 
