@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..cells import FAMILIES, SIMPLICES
-from ..mesh.adjacency import same_direction
+from ..mesh.adjacency import distinct, same_direction
 from ..mesh.model import Array
 from ..mesh.sizes import chunks
 from .boxes import bounding, extents, grid_widths, near_any, overlapping
@@ -46,7 +46,9 @@ def overlapping_cells(study: Examination) -> Pairs:
     sizes = {group.family: _sizes(points, group.cells) for group in sets}
     errors = {group.family: _greatest(noise, group.cells) for group in sets}
     neighbours = _neighbours(study, {group.family for group in sets})
-    for one, other in _candidates(study, points, noise, sets):
+    for candidates in _candidates(study, points, noise, sets):
+        # A pair meets at several of its facets.
+        one, other = divmod(distinct(_pair_keys(study, *candidates)), study.n_cells)
         for mine in sets:
             for others in sets:
                 rows, columns = _rows_in(mine, one), _rows_in(others, other)
@@ -141,7 +143,7 @@ def _candidates(
         apart = owner[facet] != all_numbers[cell]
         yield owner[facet[apart]], all_numbers[cell[apart]]
     # Facets that are larger than the cells near them, which that search left out.
-    width = grid_widths(cubes)[0]
+    width = grid_widths(cubes)[0][:, 0]
     size = (high - low).max(axis=1)
     large = np.flatnonzero(size > width.min(initial=np.inf))
     low, high, owner, size = low[large], high[large], owner[large], size[large]
