@@ -250,6 +250,8 @@ class Study:
     @cached_property
     def contents(self) -> list[Array]:
         """Signed volume, or area in the plane, of the cells of each of `distinct_sets`."""
+        if self.dimension < 2:
+            return []
         return [contents(self.centred, g.cells, g.family) for g in self.distinct_sets]
 
     def corners_of(self, numbers: Array) -> Array:
