@@ -192,7 +192,8 @@ def _overlap(
         else:
             left, depth = _not_separated(_columns(points, a), _columns(points, b), allowed, tables)
         doubtful = left[depth[left] < DOUBT * allowed[left]]
-        if len(doubtful) <= MOST_EXACT:
+        # Cells with warped faces are looked at part by part in any case.
+        if {*families} <= FLAT_SIDED and len(doubtful) <= MOST_EXACT:
             apart = [
                 row
                 for row in doubtful.tolist()

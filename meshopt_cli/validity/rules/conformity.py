@@ -37,10 +37,12 @@ def find_coincident(study: Examination) -> Places:
     later = np.flatnonzero(study.first_points != np.arange(study.n_points))
     if study.is_in_pieces:
         n_points, n_places = study.places
-        alone = "no two cells share a vertex" if study.shares_nothing else "cells share no vertices"
+        alone = (
+            "no two cells share a vertex" if study.shares_nothing else "cells share few vertices"
+        )
         message = (
-            f"{alone}: they have {n_points:,} points in {n_places:,} places; what else is found "
-            "is found as if points in one place were one"
+            f"{alone}: {n_points:,} points in {n_places:,} places; the other rules take those in "
+            "one place for one"
         )
         return Places((message,), cells=np.full((1, 2), -1))
     return Places(
