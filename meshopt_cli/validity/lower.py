@@ -15,6 +15,7 @@ from ..cells import FAMILIES
 from ..mesh.adjacency import first_of, row_ids
 from ..mesh.model import Array
 from .boundary import components
+from .lost import closing_one_cell
 from .study import CellSet, Study, joined
 
 
@@ -42,7 +43,8 @@ def lower_of(study: Study, first: Array | None = None) -> Lower:
 
     Cells stand by themselves where they have a vertex that no cell of the top dimension has, or
     join cells that do not hang together; so do those that hang on them by a side. Lines that
-    bound no face of a surface in space do, and faces of a form that no cell has.
+    bound no face of a surface in space do, and faces of a form that no cell has. What is left of
+    one cell that is gone does not (see `lost`).
 
     Parameters
     ----------
@@ -55,27 +57,37 @@ def lower_of(study: Study, first: Array | None = None) -> Lower:
     taken = np.zeros(study.n_points, dtype=bool)
     for group in study.cell_sets:
         taken[group.cells.ravel()] = True
+    listed = _lower_sets(study, first)
     sets, free = [], []
-    for group in _lower_sets(study, first):
+    for group in listed:
         unbound, alone = _unbound(study, group, taken)
         sets.append(CellSet(group.family, group.cells[unbound], group.numbers[unbound]))
         free.append(alone[unbound])
     if not sum(len(alone) for alone in free):
         return none
+    ends = np.cumsum([len(group.numbers) for group in sets])[:-1]
     part = _hanging_together(study, sets, taken)
+    parts = np.split(part, ends)
     stands = np.zeros(len(part), dtype=bool)
     stands[part[np.concatenate(free)]] = True
     if not stands[part].all():
         stands[part[_joins_bodies(study, sets)]] = True
-    ends = np.cumsum([len(group.numbers) for group in sets])[:-1]
-    parts, stand = np.split(part, ends), np.split(stands[part], ends)
-    lost = [group.numbers[~mask] for group, mask in zip(sets, stand, strict=True)]
+    facets = [k for k, group in enumerate(sets) if _is_as_wide(study, group)]
+    closing = closing_one_cell(study, listed, [sets[k] for k in facets], [parts[k] for k in facets])
+    stands[closing] = False
+    stand = np.split(stands[part], ends)
+    lost = [none.lost, *(sets[k].numbers[~stand[k]] for k in facets)]
     kept = [k for k, mask in enumerate(stand) if mask.any()]
     return Lower(
         [CellSet(sets[k].family, sets[k].cells[stand[k]], sets[k].numbers[stand[k]]) for k in kept],
         [parts[k][stand[k]] for k in kept],
         np.sort(np.concatenate(lost)),
     )
+
+
+def _is_as_wide(study: Study, group: CellSet) -> bool:
+    """Whether cells have the dimension of facets."""
+    return FAMILIES[group.family].dimension == study.dimension - 1
 
 
 def _lower_sets(study: Study, first: Array | None) -> list[CellSet]:
@@ -102,7 +114,7 @@ def _unbound(study: Study, group: CellSet, taken: Array) -> tuple[Array, Array]:
     """
     alone = ~taken[group.cells].all(axis=1)
     unbound = alone.copy()
-    if FAMILIES[group.family].dimension < study.dimension - 1:
+    if not _is_as_wide(study, group):
         return unbound, alone
     rest = np.flatnonzero(~alone)
     unbound[rest] = ~_is_facet(study, group.cells[rest])

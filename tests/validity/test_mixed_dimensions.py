@@ -8,9 +8,10 @@ from hypothesis import strategies as st
 from meshopt_cli.mesh import adjacency
 from meshopt_cli.mesh.model import Block, Mesh
 from meshopt_cli.validity import check
+from meshopt_cli.validity.study import Study
 from support.edits import cell_inside, declaring, shifted, together, without
 from support.kinds import plate_with_beam, solid_with_fin
-from support.meshes import hex_grid, mesh, quad_grid, tet_grid, tri_grid
+from support.meshes import double_pyramid, hex_grid, mesh, quad_grid, tet_grid, tri_grid
 from support.settings import examples
 
 
@@ -78,6 +79,32 @@ def test_a_facet_whose_cell_is_gone_is_an_error(seed):
     is_there = (everyone == np.sort(face)).all(axis=1).any()
     all_used = np.isin(face, left.blocks[0].cells).all()
     assert report.codes == (() if is_there else ("M208",) if all_used else ("M216",))
+
+
+@pytest.mark.parametrize(
+    "of", [tri_grid(3), quad_grid(3), double_pyramid(1.0), hex_grid(2)],
+    ids=["triangles", "quads", "tets", "hexahedra"],
+)  # fmt: skip
+def test_a_cell_with_a_vertex_of_its_own_leaves_lost_facets(of):
+    (block,) = of.blocks
+    listed = [Block({2: "line", 3: "triangle", 4: "quad"}[facets.rows.shape[1]],
+                    facets.rows[facets.alone()]) for facets in Study(of).facet_sets]  # fmt: skip
+    count = np.bincount(block.cells.ravel(), minlength=len(of.points))
+    corners = np.flatnonzero((count[block.cells] == 1).any(axis=1))
+    assert len(corners)
+    for row in corners.tolist():
+        left = Block(block.type, np.delete(block.cells, row, axis=0))
+        torn = Mesh(of.points, [*listed, left])
+        (lost,) = check(torn, select=["M208", "M216"]).groups
+        assert lost.code == "M208"
+        numbers = [f.cell for f in lost.findings(torn)]
+        assert all(np.isin(listed[0].cells[k], block.cells[row]).all() for k in numbers)
+        # Where all of the boundary is declared as it is now, the same are beams and shells.
+        alone = [Block(b.type, b.cells[numbers]) for b in listed]
+        whole = Study(Mesh(of.points, [left])).facet_sets
+        skin = [Block(b.type, f.rows[f.alone()]) for b, f in zip(listed, whole, strict=True)]
+        both = check(Mesh(of.points, [*skin, *alone, left]), select=["M208", "M216"])
+        assert both.codes == ("M216",)
 
 
 def test_a_membrane_with_all_its_vertices_in_the_cells_may_hang_on_a_shell():
