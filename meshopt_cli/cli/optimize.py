@@ -11,7 +11,14 @@ import click
 
 from ..errors import EXIT_BAD_MESH, EXIT_DONE
 from ..report.outputs import OUTPUTS, SUFFIXES, Manner, output_of, write_reports
-from .options import measure_option, names_in, number_option, region_option, verbosity_options
+from .options import (
+    all_names_in,
+    measure_option,
+    names_in,
+    number_option,
+    region_option,
+    verbosity_options,
+)
 
 COMMAND_HELP = """Optimize the mesh in INPUT and write it to OUTPUT.
 
@@ -57,6 +64,11 @@ compressed; - stands for stdin or stdout, and then the report goes to stderr.
     help="Write binary or text, where the format has both; as INPUT was without.",
 )  # fmt: skip
 @region_option
+@click.option(
+    "--allow", multiple=True, callback=all_names_in, metavar="CODES",
+    help="Rules of check that the mesh breaks on purpose, such as M202,M205 for cracks and "
+         "contacts: what they find stays as it is; repeatable.",
+)  # fmt: skip
 @click.option(
     "--boundary", type=click.Choice(["fixed", "slide"]), default="fixed", show_default=True,
     help="What of the boundary stays: all of it, or its shape (planes and straight ridges).",

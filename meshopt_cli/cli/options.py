@@ -81,3 +81,11 @@ def names_in(
 ) -> tuple[str, ...] | None:
     """The names of a list with commas; None where there is no list."""
     return None if value is None else tuple(n.strip() for n in value.split(",") if n.strip())
+
+
+def all_names_in(
+    ctx: click.Context, parameter: click.Parameter, value: tuple[str, ...]
+) -> tuple[str, ...] | None:
+    """The names of all lists with commas; None where there is none."""
+    names = [name for one in value for name in names_in(ctx, parameter, one) or ()]
+    return tuple(names) if value else None

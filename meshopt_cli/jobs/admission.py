@@ -70,18 +70,25 @@ def require_simplices(mesh: Mesh) -> None:
         raise InvalidMeshError(_not_valid(report), mesh, report) from None
 
 
-def _not_valid(report: validity.Report) -> str:
-    codes = ", ".join(sorted(group.code for group in report.errors))
-    return f"the mesh is not valid ({codes}): nothing written"
+def _not_valid(report: validity.Report, allowed: tuple[str, ...] = ()) -> str:
+    codes = sorted(group.code for group in report.errors)
+    hint = ""
+    if all(group.rule.can_be_meant for group in report.errors):
+        hint = f"; if that is meant: --allow {','.join(sorted({*codes, *allowed}))}"
+    return f"the mesh is not valid ({', '.join(codes)}): nothing written{hint}"
 
 
-def admit(mesh: Mesh, untangles: bool) -> tuple[Mesh, validity.Report | None]:
+def admit(
+    mesh: Mesh, untangles: bool, allowed: tuple[str, ...] = ()
+) -> tuple[Mesh, validity.Report | None]:
     """Take a mesh to be optimized, with its cells turned where they run the other way round.
 
     Parameters
     ----------
     untangles : bool
         Whether inverted and flat cells are let through, to be mended.
+    allowed : tuple of str
+        Codes of the rules that the mesh may break.
 
     Returns
     -------
@@ -92,9 +99,10 @@ def admit(mesh: Mesh, untangles: bool) -> tuple[Mesh, validity.Report | None]:
     Raises
     ------
     InvalidMeshError
-        It breaks a rule of severity error that neither turning nor untangling mends.
+        It breaks a rule of severity error that is not allowed, and that neither turning nor
+        untangling mends.
     """
-    report = validity.check(mesh, overlaps=False)
+    report = validity.check(mesh, ignore=allowed, overlaps=False)
     if report.is_valid:
         return mesh, None
     broken = {group.code for group in report.errors}
@@ -102,7 +110,7 @@ def admit(mesh: Mesh, untangles: bool) -> tuple[Mesh, validity.Report | None]:
     if broken <= ORIENTATION | TANGLE:
         for turn in (with_positive_cells, with_agreeing_cells):
             turned, n_turned = turn(mesh)
-            again = validity.check(turned, overlaps=False) if n_turned else report
+            again = validity.check(turned, ignore=allowed, overlaps=False) if n_turned else report
             if again.is_valid:
                 log.warning(TURNED, n_turned)
                 return turned, None
@@ -112,4 +120,4 @@ def admit(mesh: Mesh, untangles: bool) -> tuple[Mesh, validity.Report | None]:
             log.warning(TURNED, n_turned)
         log.warning("the mesh has inverted or flat cells: they are to be untangled")
         return mesh, report
-    raise InvalidMeshError(_not_valid(report), mesh, report)
+    raise InvalidMeshError(_not_valid(report, allowed), mesh, report)

@@ -130,8 +130,8 @@ def examine(path: Path, task: Task) -> Verdict:
     if JACOBIAN in checked:
         _warn_of_unknown_cells(path, mesh)
     status, error_text = (EXIT_DONE if report.is_valid else EXIT_BAD_MESH), ""
-    if mesh.dimension() < 2:
-        status, error_text = EXIT_BAD_MESH, f"{path}: no triangles or tetrahedra to check"
+    if mesh.dimension() < 0:
+        status, error_text = EXIT_BAD_MESH, f"{path}: no cells to check"
     return verdict_on(path, source, mesh, report, status, checked, task.limit, error_text)
 
 

@@ -29,6 +29,9 @@ log = logging.getLogger("meshopt")
 # The worst Q may rise by rounding only: this part of it, where a mesh is put back into its file.
 ROUNDING = 1e-6
 
+# Rules that cells break which meet without sharing what they meet in.
+MEETING = {"M202", "M205"}
+
 
 @dataclass(frozen=True)
 class Prepared:
@@ -47,6 +50,8 @@ class Prepared:
         What is wrong with the mesh, and to be mended.
     regions : Regions
         What makes regions of its cells.
+    allowed : tuple of str
+        Codes of the rules that the mesh may break, and the result too.
     """
 
     mesh: Mesh
@@ -55,6 +60,7 @@ class Prepared:
     before: Summary
     tangle: validity.Report | None
     regions: Regions
+    allowed: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -80,6 +86,7 @@ def optimize(
     with_all_measures: bool = False,
     with_data: bool = True,
     policy: Policy = Fixed(),  # noqa: B008 (a frozen value)
+    allowed: tuple[str, ...] = (),
 ) -> Result:
     """Optimize a mesh; the input is left as it is.
 
@@ -92,6 +99,8 @@ def optimize(
         Whether the arrays of the mesh go along; its tags do in any case.
     policy : Policy
         What of the boundary stays.
+    allowed : tuple of str
+        Codes of the rules that the mesh may break on purpose: see `validity.meant`.
 
     Raises
     ------
@@ -104,7 +113,7 @@ def optimize(
     """
     start = time.perf_counter()
     others = tuple(QUALITIES.values()) if with_all_measures else ()
-    prepared = prepare(mesh, pipeline, measure, policy, others)
+    prepared = prepare(mesh, pipeline, measure, policy, others, allowed)
     before, boundary = prepared.before, prepared.boundary
     worked = improve(
         prepared.part, pipeline, measure.judge, before.target, boundary.patches, observer
@@ -134,6 +143,7 @@ def prepare(
     measure: Measure,
     policy: Policy,
     others: tuple[Measure, ...] = (),
+    allowed: tuple[str, ...] = (),
 ) -> Prepared:
     """Admit a mesh, and take from it what is worked on.
 
@@ -141,6 +151,8 @@ def prepare(
     ----------
     others : tuple of Measure
         Measures whose worst Q is wanted as well.
+    allowed : tuple of str
+        Codes of the rules that the mesh may break. What meets without being shared stays as it is.
 
     Raises
     ------
@@ -149,14 +161,16 @@ def prepare(
     """
     require_simplices(mesh)
     require_range(mesh)
-    mesh, tangle = admit(mesh, pipeline.mends_tangles)
+    mesh, tangle = admit(mesh, pipeline.mends_tangles, allowed)
     part = cast(mesh)
+    if not MEETING.isdisjoint(allowed):
+        part = part.holding(validity.vertices_apart(mesh))
     tags = tuple(tags_of(main_blocks(mesh, main_type(mesh)), mesh.regions))
     regions = Regions(tags, int(part.region.max()) + 1)
     if regions.count > 1:
         doubt_regions(part, regions)
     before = summarize(part, measure, others)
-    return Prepared(mesh, part, policy.bound_to(mesh, part), before, tangle, regions)
+    return Prepared(mesh, part, policy.bound_to(mesh, part), before, tangle, regions, allowed)
 
 
 def restore(
@@ -174,7 +188,7 @@ def restore(
         raise InvalidMeshError("it could not be untangled: nothing written", mesh, tangle)
     result = with_simplices(mesh, worked.part, worked.origin, part)
     result = prepared.boundary.restore(result, worked.part, worked.origin)
-    if tangle and not validity.check(result).is_valid:
+    if tangle and not validity.check(result, ignore=prepared.allowed).is_valid:
         raise InvalidMeshError("untangling leaves it invalid: nothing written", mesh, tangle)
     result, lost = carry(mesh, result, part, worked.origin, with_data)
     if lost:

@@ -17,6 +17,7 @@ from ..passes import Observer
 from ..plans.config import Request, plan_for
 from ..report.model import Report
 from ..report.verdict import Verdict
+from ..validity import meant
 from .admission import InvalidMeshError, require_simplices
 from .findings import verdict_on
 from .optimize import Result, optimize
@@ -105,7 +106,8 @@ def optimize_file(
     BadMeshError, UnsupportedMeshError, InvariantError
         See `optimize`.
     """
-    plan_for(task.request)  # what is wrong with it is said before the mesh is read
+    # What is wrong with the request is said before the mesh is read.
+    allowed = _allowed(task.request, plan_for(task.request).allow)
     formats.require_place(task.output)
     clock = [time.perf_counter()]
     mesh, source = formats.read(task.input, task.input_format)
@@ -127,6 +129,7 @@ def optimize_file(
                 task.all_measures or plan.all_measures,
                 not task.no_data,
                 task.policy,
+                allowed,
             )
     except InvalidMeshError as error:
         verdict = verdict_on(task.input, source, error.mesh, error.report, EXIT_BAD_MESH)
@@ -138,6 +141,21 @@ def optimize_file(
     times = (b - a for a, b in pairwise(clock))
     seconds = dict(zip(("read", "optimize", "write"), times, strict=True))
     return FileResult(result, report_of(source, result, seconds, written), written)
+
+
+def _allowed(request: Request, codes: tuple[str, ...]) -> tuple[str, ...]:
+    """The rules that the mesh may break, by their codes.
+
+    Raises
+    ------
+    ConfigError
+        There is no such rule, or no mesh breaks it on purpose.
+    """
+    try:
+        return meant(codes)
+    except ConfigError as error:
+        source = "--allow" if request.allow is not None else f"{request.config}: allow"
+        raise ConfigError(f"{source}: {error}") from None
 
 
 def place_of(input: Path, output: Path | None, in_place: bool) -> Path:

@@ -91,6 +91,18 @@ class Simplices:
         """Facets of the skin with cells on both sides, (n, d), each from either side."""
         return self.skin[self.neighbours[self.neighbours < 0] != OUTER]
 
+    def holding(self, vertices: Array) -> Simplices:
+        """The same, in which some vertices are fixed, and the outer facets between them stay."""
+        fixed = self.fixed.copy()
+        fixed[vertices] = True
+        edges = self.edges
+        if self.dimension == 3:  # in the plane a facet stays where its ends do
+            held = np.zeros(len(fixed), dtype=bool)
+            held[vertices] = True
+            facets = self.outer[held[self.outer].all(axis=1)]
+            edges = np.concatenate([edges, adjacency.edges_of_triangles(facets)])
+        return replace(self, fixed=fixed, edges=edges)
+
 
 def cast(mesh: Mesh) -> Simplices:
     """Take from a mesh what the kernels work on.
@@ -142,7 +154,21 @@ def cast(mesh: Mesh) -> Simplices:
         fixed[kept] = True
     single = mesh.points.dtype == np.float32
     region = regions_of(blocks, mesh.regions)
-    return Simplices(points, cells, region, fixed, facets, edges, frame, single, is_turned)
+    part = Simplices(points, cells, region, fixed, facets, edges, frame, single, is_turned)
+    return _with_lower(mesh, part)
+
+
+def _with_lower(mesh: Mesh, part: Simplices) -> Simplices:
+    """What is worked on, in which the cells of lower dimension find all their vertices again.
+
+    Facets that bound no cell have fixed vertices, and so have cells of other types, which come
+    back as they were.
+    """
+    if len(part.facets):
+        bound = adjacency.places_in(part.skin, part.facets, len(part.points)) >= 0
+        part.fixed[part.facets[~bound]] = True
+    others = [b.cells.ravel() for b in mesh.blocks if b.type not in SIMPLICES]
+    return part.holding(np.concatenate(others)) if others else part
 
 
 def with_simplices(mesh: Mesh, worked: Simplices, origin: Array, before: Simplices) -> Mesh:

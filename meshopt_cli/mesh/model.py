@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..cells import FAMILIES, SIMPLICES, dimension_of
+from ..cells import FAMILIES, SIMPLICES, dimension_of, family_of
 from ..errors import BadMeshError, UnsupportedMeshError
 
 Array = np.ndarray
@@ -76,19 +76,20 @@ def top_blocks(mesh: Mesh) -> list[Block]:
 def main_type(mesh: Mesh) -> str:
     """The type of the cells to optimize, "triangle" or "tetra".
 
+    Cells of lower dimension, of whatever type, do not matter to it.
+
     Raises
     ------
     BadMeshError
         The mesh has no cells of dimension 2 or 3.
     UnsupportedMeshError
-        It has cells that are neither, of the greatest dimension or besides it.
+        It has others than these of the greatest dimension.
     """
     dimension = mesh.dimension()
     if dimension < 2:
         what = {-1: "no cells", 0: "points only", 1: "lines only"}[dimension]
         raise BadMeshError(f"{what}: a mesh of triangles or tetrahedra is needed")
-    known = SIMPLICES[: dimension + 1]
-    others = {b.type for b in mesh.blocks if len(b.cells)} - set(known)
+    others = {b.type for b in top_blocks(mesh)} - {SIMPLICES[dimension]}
     if others:
         curved = all(cell_type not in FAMILIES for cell_type in others)
         remedy = "save it with cells of first order" if curved else "cut them into simplices first"
@@ -96,7 +97,7 @@ def main_type(mesh: Mesh) -> str:
             f"cells of type {', '.join(sorted(others))} cannot be optimized, only linear triangles "
             f"in a plane and linear tetrahedra can: {remedy}; meshopt check takes them as they are"
         )
-    return known[-1]
+    return SIMPLICES[dimension]
 
 
 def main_blocks(mesh: Mesh, cell_type: str) -> list[Block]:
@@ -104,9 +105,8 @@ def main_blocks(mesh: Mesh, cell_type: str) -> list[Block]:
     return [b for b in mesh.blocks if b.type == cell_type and len(b.cells)]
 
 
-def declared(mesh: Mesh, cell_type: str) -> Array:
-    """Cells of one type over all blocks, (n, k) int64."""
-    found = [b.cells for b in mesh.blocks if b.type == cell_type]
-    if not found:
-        return np.empty((0, FAMILIES[cell_type].n_corners), np.int64)
-    return np.concatenate(found)
+def declared(mesh: Mesh, name: str) -> Array:
+    """Corners of the cells of one family over all blocks, of whatever order, (n, k) int64."""
+    family = FAMILIES[name]
+    found = [b.cells[:, : family.n_corners] for b in mesh.blocks if family_of(b.type) is family]
+    return np.concatenate([np.empty((0, family.n_corners), np.int64), *found])

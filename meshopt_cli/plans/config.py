@@ -23,6 +23,7 @@ KEYS: dict[str, type | tuple[type, ...]] = {
     "measure": str,
     "before": list,
     "pass": list,
+    "allow": list,
 }
 STOPS = ("rounds", "gain", "target-quality")
 NUMBERS = (*STOPS, "time-limit")
@@ -41,6 +42,7 @@ class Request:
     rounds: int | None = None
     target_quality: float | None = None
     time_limit: float | None = None
+    allow: tuple[str, ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -51,11 +53,14 @@ class Plan:
     ----------
     all_measures : bool
         Whether it is for more than that measure tells, so that a report tells the others too.
+    allow : tuple of str
+        Codes, or prefixes of codes, of the rules that the mesh may break.
     """
 
     pipeline: Pipeline
     measure: Measure
     all_measures: bool = False
+    allow: tuple[str, ...] = ()
 
     def kernels(self) -> list[str]:
         """Groups of kernels that a run needs."""
@@ -96,7 +101,7 @@ def plan_for(request: Request, dimension: int = 3) -> Plan:
 
 def _plan(values: dict[str, Any], request: Request, dimension: int) -> Plan:
     """The plan of a file's values, over which the options win."""
-    for key in ("measure", "rounds", "target-quality", "time-limit"):
+    for key in ("measure", "rounds", "target-quality", "time-limit", "allow"):
         if (value := getattr(request, key.replace("-", "_"))) is not None:
             values[key] = value
     measure = measure_named(values.get("measure", DEFAULT_MEASURE))
@@ -122,7 +127,10 @@ def _plan(values: dict[str, Any], request: Request, dimension: int) -> Plan:
         name, stages = preset.name, preset.build(stop, dimension)
         all_measures = preset.all_measures
     limit = values.get("time-limit", math.inf)
-    return Plan(Pipeline(name, stages, limit), measure, all_measures)
+    allow = tuple(values.get("allow", ()))
+    if not all(isinstance(code, str) for code in allow):
+        raise ConfigError(f"allow has a value of a wrong kind: {list(allow)!r}")
+    return Plan(Pipeline(name, stages, limit), measure, all_measures, allow)
 
 
 def load(path: Path) -> dict[str, Any]:

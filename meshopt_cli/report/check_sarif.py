@@ -52,7 +52,7 @@ def _rule(row: Rule) -> dict[str, Any]:
         "name": row.title,
         "shortDescription": {"text": row.title},
         "fullDescription": {"text": row.explanation},
-        "help": {"text": row.fix},
+        "help": {"text": row.advice},
         "defaultConfiguration": {"level": row.severity, "enabled": not row.on_request},
     }
 

@@ -57,7 +57,7 @@ def explanation(rule: Rule) -> str:
     lines = [f"{rule.code} {rule.title} ({rule.severity}{on_request})", rule.explanation]
     if rule.source:
         lines.append(f"Source: {rule.source}.")
-    return "\n".join([*lines, f"Fix: {rule.fix}"])
+    return "\n".join([*lines, f"Fix: {rule.advice}"])
 
 
 def _counted(n: int, what: str) -> str:

@@ -10,8 +10,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from ..mesh.model import Mesh
+from ..mesh.model import Array, Mesh
 from ..quality.gates import NO_GATES, Gates, Limit, limit_of
+from . import contact
 from .examination import Examination
 from .model import (
     ARRAYS,
@@ -24,10 +25,11 @@ from .model import (
     Report,
     Rule,
 )
-from .rules import RULES, choose
+from .rules import RULES, choose, meant
 
 __all__ = ["ARRAYS", "ERROR", "NO_GATES", "RULES", "SEARCH", "WARNING", "Finding", "Gates"]
 __all__ += ["Group", "Limit", "Places", "Report", "Rule", "check", "choose", "limit_of"]
+__all__ += ["meant", "vertices_apart"]
 
 
 def check(
@@ -70,3 +72,13 @@ def check(
         every = overlaps or study.dimension < 3
         found = [Group(row, row.find(study)) for row in wanted if every or row.cost != SEARCH]
     return Report(tuple(group for group in found if len(group)))
+
+
+def vertices_apart(mesh: Mesh) -> Array:
+    """Vertices of cells that meet others without sharing all that they meet in, ascending.
+
+    Those of points in one place, of facets that coincide, and of facets with vertices on them.
+    """
+    with np.errstate(all="ignore"):
+        study = Examination(mesh)
+        return contact.vertices_apart(study, study.first_points, study.hanging)

@@ -151,15 +151,18 @@ def missing_cells(
     open_[label[sides.facet[sides.count[sides.side] != 2]]] = True
     order = np.argsort(label, kind="stable")
     ends = np.cumsum(n_facets)
-    sizes = [sum(widths.values()) for widths in VOIDS.values()]
-    for piece in np.flatnonzero(np.isin(n_facets, sizes) & ~open_).tolist():
+    kinds = {name: w for name, w in VOIDS.items() if FAMILIES[name].dimension == study.dimension}
+    sizes = [sum(widths.values()) for widths in kinds.values()]
+    # The boundary of a cell alone is seen from outside.
+    seen = sign * np.bincount(label, weights=fluxes(study, skin), minlength=len(label)) < 0
+    for piece in np.flatnonzero(np.isin(n_facets, sizes) & ~open_ & seen).tolist():
         rows = order[ends[piece] - n_facets[piece] : ends[piece]]
         widths = {int(w): int(n) for w, n in zip(*np.unique(skin.width[rows], return_counts=True),
                                                  strict=True)}  # fmt: skip
         n_vertices = len(distinct(skin.rows[rows][skin.rows[rows] >= 0]))
         fits = any(
             widths == facets and n_vertices == FAMILIES[name].n_corners
-            for name, facets in VOIDS.items()
+            for name, facets in kinds.items()
         )
         if fits and not taken[rows].any() and _is_void(study, skin.take(rows), sign):
             found.append(rows)
@@ -219,13 +222,19 @@ def _missing_simplices(study: Study, skin: Skin, sign: float) -> list[Array]:
     return voids
 
 
+def fluxes(study: Study, skin: Skin) -> Array:
+    """What each facet adds to the volume, or area in the plane, that all enclose, (m,)."""
+    points = study.centred
+    result = np.zeros(len(skin.rows))
+    for width in distinct(skin.width).tolist():
+        rows = skin.width == width
+        result[rows] = flux(points[skin.rows[rows, :width]])
+    return result
+
+
 def enclosed(study: Study, skin: Skin) -> float:
     """Volume, or area in the plane, that facets enclose, by the divergence theorem."""
-    points = study.centred
-    total = 0.0
-    for width in distinct(skin.width).tolist():
-        total += float(flux(points[skin.rows[skin.width == width, :width]]).sum())
-    return total
+    return float(fluxes(study, skin).sum())
 
 
 @dataclass(frozen=True)

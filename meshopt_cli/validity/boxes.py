@@ -7,6 +7,7 @@ from itertools import pairwise, product
 
 import numpy as np
 
+from ..mesh.adjacency import distinct_rows
 from ..mesh.model import Array
 from .geometry import Pairs
 
@@ -55,13 +56,12 @@ def overlapping(
         Of the others, at least; the boxes larger than that are left out.
     """
     left = MOST_PAIRS * (len(low) + len(other_low) + 1000)
-    levels = grid_widths(size)[1]
-    code = levels @ np.array([1, 256, 65536][: levels.shape[1]])
-    by_code = np.argsort(code, kind="stable")
-    starts = np.flatnonzero(np.diff(code[by_code], prepend=np.iinfo(code.dtype).min))
-    for start, end in pairwise([*starts.tolist(), len(code)]):
-        others = by_code[start:end]
-        width = 2.0 ** levels[others[0]]
+    widths, grid = grid_widths(size)
+    by_grid = np.argsort(grid, kind="stable")
+    starts = np.flatnonzero(np.diff(grid[by_grid], prepend=-1))
+    for start, end in pairwise([*starts.tolist(), len(grid)]):
+        others = by_grid[start:end]
+        width = widths[others[0]]
         near = (low <= other_high[others].max(axis=0)) & (other_low[others].min(axis=0) <= high)
         boxes = np.flatnonzero((near & (high - low <= width)).all(axis=1))
         at, key = _grid_cells(other_low[others], other_high[others], width)
@@ -70,12 +70,14 @@ def overlapping(
         rows, wanted = _grid_cells(low[boxes], high[boxes], width)
         first = np.searchsorted(key, wanted, "left")
         count = np.searchsorted(key, wanted, "right") - first
-        for one, position in _expand(boxes[rows], first, count):
-            other = at[position]
-            meet = (low[one] <= other_high[other]) & (other_low[other] <= high[one])
-            keep = meet.all(axis=1)
-            yield one[keep], other[keep]
-            left -= len(one)
+        for row, position in _expand(boxes[rows], first, count):
+            left -= len(row)
+            one, other = row, at[position]
+            for axis in range(low.shape[1]):  # most pairs are apart along the first already
+                keep = low[one, axis] <= other_high[other, axis]
+                keep &= other_low[other, axis] <= high[one, axis]
+                one, other = one[keep], other[keep]
+            yield one, other
             if left < 0:
                 return
 
@@ -113,12 +115,17 @@ def near_any(low: Array, high: Array, cell_low: Array, cell_high: Array) -> Arra
 
 
 def grid_widths(size: Array) -> Pairs:
-    """Width of the grid that boxes are put in, (n,), and its logarithm along each axis (n, d).
+    """Width of the grid that each box is put in, (n, d), and the number of that grid, (n,).
 
-    Powers of 16, since every size of the grid costs a search for all boxes.
+    Boxes share a grid where the powers of 16 above their sizes are the same, since every grid
+    costs a search for all boxes; it is little wider than the largest of them.
     """
-    levels = np.frexp(np.maximum(size, 2.0**-45))[1] // 4 * 4 + 3
-    return 2.0 ** levels.min(axis=1, initial=1024), levels
+    levels = np.frexp(np.maximum(size, 2.0**-45))[1] // 4
+    grids, grid, _ = distinct_rows(levels)
+    width = np.full(grids.shape, 2.0**-45)
+    for axis in range(size.shape[1]):
+        np.maximum.at(width[:, axis], grid, size[:, axis])
+    return (1.0 + 2.0**-6) * width[grid], grid
 
 
 def _grid_cells(low: Array, high: Array, width: Array) -> Pairs:

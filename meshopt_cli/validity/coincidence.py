@@ -8,7 +8,7 @@ from ..mesh.adjacency import first_of
 from ..mesh.model import Array
 from ..mesh.sizes import norms
 from . import geometry
-from .study import Study
+from .study import CellSet, Study, has_repeated
 
 
 def first_points(study: Study) -> Array:
@@ -38,12 +38,38 @@ def first_points(study: Study) -> Array:
     return result
 
 
+def places_of(study: Study, first: Array) -> tuple[int, int]:
+    """How many points the sound cells have, and in how many places these are.
+
+    Parameters
+    ----------
+    first : (np,) int64
+        The first point in the place of each.
+    """
+    is_corner, is_place = np.zeros((2, study.n_points), dtype=bool)
+    for group in study.sound_sets:
+        is_corner[group.cells.ravel()] = True
+    is_place[first[is_corner]] = True
+    return int(is_corner.sum()), int(is_place.sum())
+
+
+def merged(study: Study, first: Array) -> list[CellSet]:
+    """The sound cells as if points in one place were one, but for those that this would spoil."""
+    found = []
+    for group in study.sound_sets:
+        cells = first[group.cells]
+        spoiled = has_repeated(cells)
+        cells[spoiled] = group.cells[spoiled]
+        found.append(CellSet(group.family, cells, group.numbers))
+    return found
+
+
 def _shortest_edges(study: Study, wanted: Array) -> Array:
     """Least distance of points to a vertex of a cell they are in, infinite for the rest."""
     result = np.full(study.n_points, np.inf)
     is_wanted = np.zeros(study.n_points, dtype=bool)
     is_wanted[wanted] = True
-    for group in study.cell_sets:
+    for group in study.sound_sets:
         cells = group.cells[is_wanted[group.cells].any(axis=1)]
         for i in range(cells.shape[1]):
             for j in range(i):

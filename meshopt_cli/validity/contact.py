@@ -9,12 +9,12 @@ from __future__ import annotations
 import numpy as np
 
 from ..cells import FAMILIES
-from ..mesh.adjacency import distinct, row_ids
+from ..mesh.adjacency import distinct, row_ids, same_direction
 from ..mesh.model import Array
 from ..mesh.sizes import norms
 from .boxes import around, bounding
 from .geometry import Pairs
-from .study import FacetSet, Study
+from .study import FacetSet, Study, facets_of
 
 QUAD = FAMILIES["quad"]
 
@@ -95,14 +95,68 @@ def _halves(study: Study, first: Array) -> Pairs:
     return np.maximum(one, other), np.minimum(one, other)
 
 
+def vertices_apart(study: Study, first: Array, hanging: Pairs) -> Array:
+    """Vertices of the file where cells meet without sharing all that they meet in, ascending.
+
+    Parameters
+    ----------
+    first : (np,) int64
+        The first point in the place of each.
+    hanging : pair of (n,) int64
+        See `hanging_nodes`.
+    """
+    apart = first != np.arange(study.n_points)
+    apart[first[apart]] = True
+    apart[hanging[0]] = True
+    for facets in facets_of(study.sound_sets, study.n_points):
+        alone = facets.alone()
+        rows = facets.rows[alone]
+        ids = row_ids(first[rows], study.n_points)
+        _, number, count = np.unique(ids, return_inverse=True, return_counts=True)
+        meets = (count[number] > 1) | np.isin(facets.owners[alone], hanging[1])
+        apart[rows[meets].ravel()] = True
+    return np.flatnonzero(apart)
+
+
+def unmatched(study: Study, facets: FacetSet, first: Array) -> Array:
+    """Rows of the facets that bound one cell only, but for those seen from both sides.
+
+    Where two cells have points of their own along a facet, each has its own, and the two coincide:
+    there is as little beside them as beside a facet that is shared.
+
+    Parameters
+    ----------
+    first : (np,) int64
+        The first point in the place of each.
+    """
+    alone = facets.alone()
+    rows = facets.rows[alone]
+    apart = first != np.arange(study.n_points)
+    apart[first[apart]] = True
+    doubled = np.flatnonzero(apart[rows].all(axis=1))
+    places = first[rows[doubled]]
+    _, number, count = np.unique(
+        row_ids(places, study.n_points), return_inverse=True, return_counts=True
+    )
+    order = np.argsort(number, kind="stable")
+    start = (np.cumsum(count) - count)[count == 2]
+    one, other = order[start], order[start + 1]
+    opposite = ~same_direction(places[one], places[other])
+    kept = np.ones(len(alone), dtype=bool)
+    kept[doubled[one[opposite]]] = kept[doubled[other[opposite]]] = False
+    return alone[kept]
+
+
 def boundary_vertices(study: Study, first: Array) -> Array:
-    """Vertices of the facets that bound one cell only, one for each place."""
-    rows = [first[facets.rows[facets.alone()]].ravel() for facets in study.facet_sets]
+    """Vertices of the facets that no cell is beside, one for each place."""
+    rows = [
+        first[facets.rows[unmatched(study, facets, first)]].ravel() for facets in study.facet_sets
+    ]
     return distinct(np.concatenate([np.empty(0, dtype=np.int64), *rows]))
 
 
 def boundary_facets(study: Study, facets: FacetSet, first: Array, dropped: Array) -> Pairs:
-    """Facets that bound one cell only, one for each place, and the numbers of their cells.
+    """Facets that no cell is beside, one for each place, and the numbers of their cells.
 
     Parameters
     ----------
@@ -111,7 +165,7 @@ def boundary_facets(study: Study, facets: FacetSet, first: Array, dropped: Array
     dropped : (n_cells,) bool
         Cells whose facets are left out.
     """
-    rows = facets.alone()
+    rows = unmatched(study, facets, first)
     rows = rows[~dropped[facets.owners[rows]]]
     ids = row_ids(first[facets.rows[rows]], study.n_points)
     rows = rows[np.unique(ids, return_index=True)[1]]

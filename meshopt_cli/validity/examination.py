@@ -6,14 +6,18 @@ from functools import cached_property
 
 import numpy as np
 
+from ..cells import dimension_of
 from ..mesh.adjacency import same_direction
 from ..mesh.model import Array, Mesh
+from ..mesh.tags import combinations, tags_of
 from ..quality.gates import NO_GATES, Gates
 from . import contact
 from .boundary import Domain, domain_of
-from .coincidence import first_points
+from .coincidence import first_points, merged, places_of
+from .lower import Lower, lower_of
 from .shape import Shape, shape_of
-from .study import Study
+from .sheets import Sheets, sheets_of
+from .study import CellSet, Study, has_repeated
 
 
 class Examination(Study):
@@ -28,6 +32,31 @@ class Examination(Study):
     def __init__(self, mesh: Mesh, gates: Gates = NO_GATES, tolerance: float | None = None) -> None:
         super().__init__(mesh, tolerance)
         self.gates = gates
+
+    @cached_property
+    def cell_sets(self) -> list[CellSet]:
+        """The sound cells; those of a mesh in pieces as if points in one place were one."""
+        return merged(self, self.first_points) if self.is_in_pieces else self.sound_sets
+
+    @cached_property
+    def places(self) -> tuple[int, int]:
+        """How many points the sound cells have, and in how many places these are."""
+        return places_of(self, self.first_points)
+
+    @cached_property
+    def is_in_pieces(self) -> bool:
+        """Whether the cells share no points, or so few that each place has more than two of them.
+
+        One crack, or two bodies in contact, have two in a place. What there is to say of such a
+        mesh is said once, and the other rules look at the cells as if they shared them.
+        """
+        n_points, n_places = self.places
+        return n_points > 2 * n_places
+
+    @cached_property
+    def shares_nothing(self) -> bool:
+        """Whether no vertex of the file is one of two cells."""
+        return self.places[0] == sum(group.cells.size for group in self.sound_sets)
 
     @cached_property
     def shape(self) -> Shape:
@@ -74,6 +103,21 @@ class Examination(Study):
         return result
 
     @cached_property
+    def lower(self) -> Lower:
+        """Cells of lower dimension that bound no cell."""
+        return lower_of(self, self.first_points if self.is_in_pieces else None)
+
+    @cached_property
+    def repeated_lower(self) -> Array:
+        """Which cells of lower dimension that stand by themselves have one vertex twice."""
+        result = np.zeros(self.n_cells, dtype=bool)
+        lower = (rows for d in range(self.dimension) for _, rows, _ in self.blocks_of(d))
+        if any(has_repeated(rows).any() for rows in lower):  # to know which stand takes longer
+            for group in self.lower.sets:
+                result[group.numbers] = has_repeated(group.cells)
+        return result
+
+    @cached_property
     def disagreeing(self) -> tuple[Array, Array]:
         """Numbers of the cells that run round a common facet in the same direction."""
         ones, others = [], []
@@ -84,3 +128,29 @@ class Examination(Study):
             others.append(facets.owners[other[same]])
         none = np.empty(0, dtype=np.int64)
         return np.concatenate([none, *ones]), np.concatenate([none, *others])
+
+    @cached_property
+    def sheets(self) -> Sheets:
+        """The sheets of a surface in space, and where they may disagree in orientation."""
+        return sheets_of(self, *self.disagreeing, self.region)
+
+    @cached_property
+    def region(self) -> Array | None:
+        """Region of each cell of the top dimension, another number for all others; None without
+        tags.
+
+        Regions are those that `optimize` keeps: see `mesh.tags`.
+        """
+        mesh, top = self.mesh, self.mesh.dimension()
+        numbered = [
+            (block, np.arange(first, first + len(block.cells)))
+            for block, first in zip(mesh.blocks, self.offsets, strict=False)
+            if len(block.cells) and dimension_of(block.type) == top
+        ]
+        tags = tags_of([block for block, _ in numbered], mesh.regions)
+        if top < 2 or not tags:
+            return None
+        number = combinations(tags)
+        region = np.full(self.n_cells, number.max() + 1)
+        region[np.concatenate([numbers for _, numbers in numbered])] = number
+        return region

@@ -91,8 +91,10 @@ def corner_areas(points: Array, noise: Array, cells: Array, family: str) -> Pair
 
 
 def flat_in_space(points: Array, noise: Array, cells: Array) -> Array:
-    """Which triangles or quads of a surface have no area, (n,) bool."""
+    """Which lines have no length, or triangles or quads of a surface no area, (n,) bool."""
     corners = points[cells]
+    if cells.shape[1] == 2:
+        return norms(corners[:, 1] - corners[:, 0]) <= noise[cells].max(axis=1, initial=0.0)
     longest = norms(np.roll(corners, -1, axis=1) - corners).max(axis=1, initial=0.0)
     height = FLAT * longest + noise[cells].max(axis=1, initial=0.0)
     return norms(area_vectors(points, cells)) <= longest * height

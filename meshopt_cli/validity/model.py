@@ -102,6 +102,8 @@ class Rule:
         `ARRAYS`: a few passes over arrays; `SEARCH`: a search in space besides.
     on_request : bool
         Whether it is looked for only where `select` names it or its group.
+    can_be_meant : bool
+        Whether a sound mesh may break it on purpose, so that it can be allowed.
     """
 
     code: str
@@ -113,6 +115,16 @@ class Rule:
     find: Callable[[Examination], Places]
     cost: str = ARRAYS
     on_request: bool = False
+    can_be_meant: bool = False
+
+    @property
+    def advice(self) -> str:
+        """What to do about it, or how to say that it is meant, where it can be."""
+        if not self.can_be_meant:
+            return self.fix
+        return (
+            f"{self.fix} If it is meant: check --ignore {self.code}, optimize --allow {self.code}."
+        )
 
 
 @dataclass(frozen=True)
@@ -200,11 +212,14 @@ def rule(
     source: str = "",
     cost: str = ARRAYS,
     on_request: bool = False,
+    can_be_meant: bool = False,
 ) -> Callable[[Callable[[Examination], Places]], Rule]:
     """Make a rule of a function, a row of `rules.RULES`."""
 
     def made(find: Callable[[Examination], Places]) -> Rule:
-        return Rule(code, severity, title, explanation, source, fix, find, cost, on_request)
+        return Rule(
+            code, severity, title, explanation, source, fix, find, cost, on_request, can_be_meant
+        )
 
     return made
 

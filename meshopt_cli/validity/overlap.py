@@ -13,10 +13,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..cells import FAMILIES, SIMPLICES
-from ..mesh.adjacency import same_direction
+from ..mesh.adjacency import distinct, same_direction
 from ..mesh.model import Array
 from ..mesh.sizes import chunks
 from .boxes import bounding, extents, grid_widths, near_any, overlapping
+from .contact import unmatched
 from .examination import Examination
 from .geometry import Pairs
 from .study import MANY, CellSet, FacetSet
@@ -45,7 +46,9 @@ def overlapping_cells(study: Examination) -> Pairs:
     sizes = {group.family: _sizes(points, group.cells) for group in sets}
     errors = {group.family: _greatest(noise, group.cells) for group in sets}
     neighbours = _neighbours(study, {group.family for group in sets})
-    for one, other in _candidates(study, points, noise, sets):
+    for candidates in _candidates(study, points, noise, sets):
+        # A pair meets at several of its facets.
+        one, other = divmod(distinct(_pair_keys(study, *candidates)), study.n_cells)
         for mine in sets:
             for others in sets:
                 rows, columns = _rows_in(mine, one), _rows_in(others, other)
@@ -119,7 +122,8 @@ def _candidates(
     """Numbers of cells with a boundary facet, and of the cells whose boxes meet this facet's."""
     lows, highs, owners = [], [], []
     for facets in study.distinct_facets:
-        rows = np.concatenate([facets.alone(), _doubtful(study, facets)])
+        rows = unmatched(study, facets, study.first_points)
+        rows = np.concatenate([rows, _doubtful(study, facets)])
         rows = rows[~study.explained[facets.owners[rows]]]
         low, high = bounding(points, noise, facets.rows[rows], study.touch)
         lows.append(low)
@@ -139,7 +143,7 @@ def _candidates(
         apart = owner[facet] != all_numbers[cell]
         yield owner[facet[apart]], all_numbers[cell[apart]]
     # Facets that are larger than the cells near them, which that search left out.
-    width = grid_widths(cubes)[0]
+    width = grid_widths(cubes)[0][:, 0]
     size = (high - low).max(axis=1)
     large = np.flatnonzero(size > width.min(initial=np.inf))
     low, high, owner, size = low[large], high[large], owner[large], size[large]
@@ -188,7 +192,8 @@ def _overlap(
         else:
             left, depth = _not_separated(_columns(points, a), _columns(points, b), allowed, tables)
         doubtful = left[depth[left] < DOUBT * allowed[left]]
-        if len(doubtful) <= MOST_EXACT:
+        # Cells with warped faces are looked at part by part in any case.
+        if {*families} <= FLAT_SIDED and len(doubtful) <= MOST_EXACT:
             apart = [
                 row
                 for row in doubtful.tolist()

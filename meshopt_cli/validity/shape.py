@@ -8,7 +8,7 @@ import numpy as np
 
 from ..mesh.model import Array
 from . import geometry
-from .study import Study
+from .study import CellSet, Study
 
 
 @dataclass(frozen=True)
@@ -31,9 +31,17 @@ def shape_of(study: Study) -> Shape:
         return _shape_of_solids(study, shape)
     if study.plane is not None:
         return _shape_in_plane(study, shape)
-    for group in study.cell_sets:
-        shape.flat[group.numbers] = geometry.flat_in_space(study.points, study.noise, group.cells)
+    shape.flat[flat_in(study, study.cell_sets)] = True
     return shape
+
+
+def flat_in(study: Study, cell_sets: list[CellSet]) -> Array:
+    """Numbers of the faces in space that have no area, and of the lines that have no length."""
+    found = [np.empty(0, np.int64)]
+    for group in cell_sets:
+        is_flat = geometry.flat_in_space(study.points, study.noise, group.cells)
+        found.append(group.numbers[is_flat])
+    return np.concatenate(found)
 
 
 def _shape_of_solids(study: Study, shape: Shape) -> Shape:

@@ -134,42 +134,44 @@ class Study:
     def repeated(self) -> Array:
         """Which cells of the top dimension have one vertex twice."""
         result = np.zeros(self.n_cells, dtype=bool)
-        for family, cells, numbers in self._top():
-            columns = [np.ascontiguousarray(cells[:, i]) for i in range(family.n_corners)]
-            for i in range(family.n_corners):
-                for j in range(i):
-                    result[numbers] |= columns[i] == columns[j]
+        for family, cells, numbers in self.blocks_of(self.dimension):
+            result[numbers] = has_repeated(cells[:, : family.n_corners])
         return result
 
     @cached_property
     def used(self) -> Array:
-        """Which points are vertices of a cell, a mere vertex not counted."""
+        """Which points are vertices of a cell; a mere vertex counts where there is nothing else."""
         used = np.zeros(self.n_points, dtype=bool)
         for block in self.mesh.blocks:
-            if block.type != SIMPLICES[0]:
+            if block.type != SIMPLICES[0] or self.dimension == 0:
                 rows = np.asarray(block.cells).ravel()
                 used[rows[(rows >= 0) & (rows < self.n_points)]] = True
         return used
 
     @cached_property
-    def cell_sets(self) -> list[CellSet]:
-        """The sound cells of the top dimension, family by family."""
+    def sound_sets(self) -> list[CellSet]:
+        """The sound cells of the top dimension, family by family, with the points of the file."""
         parts: dict[str, list[tuple[Array, Array]]] = {}
-        for family, cells, all_numbers in self._top():
+        for family, cells, all_numbers in self.blocks_of(self.dimension):
             sound = ~(self.out_of_range[all_numbers] | self.repeated[all_numbers])
             numbers, corners = all_numbers[sound], cells[sound, : family.n_corners]
             if not self.finite.all():
                 sound = self.finite[corners].all(axis=1)
                 numbers, corners = numbers[sound], corners[sound]
             parts.setdefault(family.name, []).append((corners, numbers))
-        return [CellSet(family, *_joined(rows)) for family, rows in parts.items()]
+        return [CellSet(family, *joined(rows)) for family, rows in parts.items()]
 
-    def _top(self) -> list[tuple[Family, Array, Array]]:
-        """Family, cells and numbers of the blocks of the top dimension, from 2 on."""
+    @cached_property
+    def cell_sets(self) -> list[CellSet]:
+        """The sound cells that the rules look at."""
+        return self.sound_sets
+
+    def blocks_of(self, dimension: int) -> list[tuple[Family, Array, Array]]:
+        """Family, cells and numbers of the blocks of one dimension; none of mere vertices."""
         found = []
         for block, first in zip(self.mesh.blocks, self.offsets, strict=False):
             family, cells = family_of(block.type), np.asarray(block.cells)
-            if family is None or family.dimension != self.dimension or self.dimension < 2:
+            if family is None or family.dimension != dimension or dimension < 1:
                 continue
             if np.shape(cells)[-1] >= family.n_corners:
                 found.append((family, cells, np.arange(first, first + len(cells))))
@@ -223,6 +225,11 @@ class Study:
         return InPlane(flat, 4 * self.eps * np.abs(flat).max(axis=1), frame.normal_axis)
 
     @cached_property
+    def may_branch(self) -> bool:
+        """Whether it is a surface in space, in which more than two faces may meet in an edge."""
+        return self.dimension == 2 and self.plane is None
+
+    @cached_property
     def flat_points(self) -> Array:
         """Points that the planar measures can work on: in the plane with z = 0, (np, 3)."""
         if self.plane is None:
@@ -232,20 +239,7 @@ class Study:
     @cached_property
     def duplicates(self) -> tuple[Array, Array]:
         """Numbers of the cells that repeat an earlier one, and of that one."""
-        later, earlier = [], []
-        for group in self.cell_sets:
-            rows = _in_doubt(group.cells)
-            ids = row_ids(group.cells[rows], self.n_points)
-            numbers = group.numbers[rows]
-            _, first, inverse = np.unique(ids, return_index=True, return_inverse=True)
-            again = np.flatnonzero(first[inverse] != np.arange(len(ids)))
-            later.append(numbers[again])
-            earlier.append(numbers[first[inverse[again]]])
-        if not later:
-            return np.empty(0, np.int64), np.empty(0, np.int64)
-        numbers = np.concatenate(later)
-        order = np.argsort(numbers)
-        return numbers[order], np.concatenate(earlier)[order]
+        return duplicates_in(self.cell_sets, self.n_points)
 
     @cached_property
     def centred(self) -> Array:
@@ -256,6 +250,8 @@ class Study:
     @cached_property
     def contents(self) -> list[Array]:
         """Signed volume, or area in the plane, of the cells of each of `distinct_sets`."""
+        if self.dimension < 2:
+            return []
         return [contents(self.centred, g.cells, g.family) for g in self.distinct_sets]
 
     def corners_of(self, numbers: Array) -> Array:
@@ -274,6 +270,32 @@ class Study:
         return np.where(numbers[..., None] < 0, -1, found)
 
 
+def has_repeated(cells: Array) -> Array:
+    """Which rows of vertices, (n, k), have one vertex twice."""
+    columns = [np.ascontiguousarray(column) for column in cells.T]
+    result = np.zeros(len(cells), dtype=bool)
+    for i, column in enumerate(columns):
+        for other in columns[:i]:
+            result |= column == other
+    return result
+
+
+def duplicates_in(cell_sets: list[CellSet], n_points: int) -> tuple[Array, Array]:
+    """Numbers of the cells with the vertices of an earlier one of their family, and of that one."""
+    later, earlier = [np.empty(0, np.int64)], [np.empty(0, np.int64)]
+    for group in cell_sets:
+        rows = _in_doubt(group.cells)
+        ids = row_ids(group.cells[rows], n_points)
+        numbers = group.numbers[rows]
+        _, first, inverse = np.unique(ids, return_index=True, return_inverse=True)
+        again = np.flatnonzero(first[inverse] != np.arange(len(ids)))
+        later.append(numbers[again])
+        earlier.append(numbers[first[inverse[again]]])
+    numbers = np.concatenate(later)
+    order = np.argsort(numbers)
+    return numbers[order], np.concatenate(earlier)[order]
+
+
 def facets_of(cell_sets: list[CellSet], n_points: int) -> list[FacetSet]:
     """The facets of some cells, by their number of vertices."""
     parts: dict[int, list[tuple[Array, Array]]] = {}
@@ -284,7 +306,7 @@ def facets_of(cell_sets: list[CellSet], n_points: int) -> list[FacetSet]:
             parts.setdefault(width, []).append((rows, np.repeat(group.numbers, len(table))))
     sets = []
     for lists in parts.values():
-        rows, owners = _joined(lists)
+        rows, owners = joined(lists)
         ids = row_ids(rows, n_points)
         order, start = _equal_together(ids)
         sets.append(FacetSet(rows, owners, order, start, np.diff(start, append=len(ids))))
@@ -309,7 +331,7 @@ def _equal_together(ids: Array) -> tuple[Array, Array]:
     return order, start
 
 
-def _joined(parts: list[tuple[Array, Array]]) -> tuple[Array, Array]:
+def joined(parts: list[tuple[Array, Array]]) -> tuple[Array, Array]:
     """Pairs of arrays, one after the other; the most common single pair is not copied."""
     if len(parts) == 1:
         return parts[0]

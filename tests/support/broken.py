@@ -19,6 +19,7 @@ from support.edits import (
     without,
 )
 from support.elements import HEXAHEDRA
+from support.kinds import BROKEN_KINDS, VALID_KINDS
 from support.meshes import (
     hex_grid,
     in_space,
@@ -70,7 +71,7 @@ VALID = {
     "no rows": mesh(np.empty((0, 3)), tetra=np.empty((0, 4))),
     "lines": mesh(SQUARE, line=[[0, 1], [1, 2], [2, 3]]),
     "unknown type": mesh(SQUARE, polygon4=[[0, 1, 2, 3]]),
-}
+} | VALID_KINDS
 
 # Sound only where the coordinates are exact enough.
 FINE = {
@@ -159,13 +160,6 @@ BROKEN = {
         mesh([*CORNER, [5, 5, 5]], vertex=[[4]], tetra=[[0, 1, 2, 3]]),
         "M203",
     ),
-    "three pages of a book": (
-        mesh(
-            [[0, 0, 0], [0, 0, 1], [1, 0, 0], [-1, 1, 0], [-1, -1, 0]],
-            triangle=[[0, 1, 2], [1, 0, 3], [1, 0, 4]],
-        ),
-        "M204",
-    ),
     "three tets on a face": (
         mesh([*CORNER, [1, 1, 1], [2, 3, 7]], tetra=[[0, 1, 2, 3], [1, 2, 3, 4], [1, 2, 3, 5]]),
         "M204 M209",
@@ -222,6 +216,8 @@ BROKEN = {
         "M207 M209",
     ),
 }
+
+BROKEN |= BROKEN_KINDS
 
 CUBES = {  # two unit cubes that have the points in common that the name says
     "edge": joined(hex_grid(1), shifted(hex_grid(1), 1, 1, 0)),

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from ...errors import ConfigError
-from ..model import Rule
-from . import conformity, constraint, content, domain, gates, shape
+from ..model import WARNING, Rule
+from . import conformity, constraint, content, domain, gates, kinds, shape
 
 # In the order of the codes.
 RULES: dict[str, Rule] = {
     row.code: row
-    for module in (content, shape, conformity, domain, constraint, gates)
+    for module in (content, shape, conformity, domain, kinds, constraint, gates)
     for row in vars(module).values()
     if isinstance(row, Rule)
 }
@@ -40,6 +40,25 @@ def choose(
     if not kept:
         kept = {code for code, row in RULES.items() if not row.on_request}
     return [RULES[code] for code in sorted((kept | more) - dropped)]
+
+
+def meant(prefixes: Iterable[str]) -> tuple[str, ...]:
+    """The rules, of those that codes and prefixes stand for, that a mesh may break on purpose.
+
+    Raises
+    ------
+    ConfigError
+        A code or prefix of no rule, or only of rules that no mesh breaks on purpose.
+    """
+    able = [code for code, row in RULES.items() if row.can_be_meant]
+    codes: set[str] = set()
+    for prefix in prefixes:
+        # Nothing need be allowed of a warning.
+        found = {c for c in _matching([prefix]) if c in able or RULES[c].severity == WARNING}
+        if not found:
+            raise ConfigError(f"{prefix} cannot be allowed, only {', '.join(able)} can")
+        codes |= found.intersection(able)
+    return tuple(sorted(codes))
 
 
 def _matching(prefixes: Iterable[str]) -> set[str]:

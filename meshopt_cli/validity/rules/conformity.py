@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...mesh.model import Array
 from ..examination import Examination
 from ..model import ERROR, WARNING, Places, at_cells, rule
+from ..study import FacetSet, duplicates_in
 
 MOST_OTHERS = 3  # related cells that a finding names at most
 
@@ -18,7 +20,8 @@ MOST_OTHERS = 3  # related cells that a finding names at most
     fix="Remove the later one; often a file was joined with itself.",
 )
 def find_duplicates(study: Examination) -> Places:
-    later, earlier = study.duplicates
+    found = zip(study.duplicates, duplicates_in(study.lower.sets, study.n_points), strict=True)
+    later, earlier = (np.concatenate(numbers) for numbers in found)
     return at_cells(study, later, "the cell has the vertices of another", others=earlier[:, None])
 
 
@@ -27,10 +30,21 @@ def find_duplicates(study: Examination) -> Places:
     ERROR,
     "coincident points",
     explanation="Two points, at least one of them in use, are in the same place.",
-    fix="Merge them in the program that made the mesh.",
+    fix="Merge them in the program that made the mesh; leave them apart where that is meant.",
+    can_be_meant=True,
 )
 def find_coincident(study: Examination) -> Places:
     later = np.flatnonzero(study.first_points != np.arange(study.n_points))
+    if study.is_in_pieces:
+        n_points, n_places = study.places
+        alone = (
+            "no two cells share a vertex" if study.shares_nothing else "cells share few vertices"
+        )
+        message = (
+            f"{alone}: {n_points:,} points in {n_places:,} places; the other rules take those in "
+            "one place for one"
+        )
+        return Places((message,), cells=np.full((1, 2), -1))
     return Places(
         ("the point is in the place of another",),
         points=later,
@@ -53,23 +67,36 @@ def find_unused(study: Examination) -> Places:
     "M204",
     ERROR,
     "facet shared by more than two cells",
-    explanation="Three or more cells have a facet in common, so that two of them overlap.",
+    explanation="Three or more cells have a facet in common, so two overlap; not in a surface.",
     source="18.7.1",
     fix="Remove the cell that does not belong there.",
 )
 def find_crowded(study: Examination) -> Places:
-    found = [np.empty((0, MOST_OTHERS + 1), dtype=np.int64)]
-    for facets in study.facet_sets:
-        crowded = facets.count > 2
-        start, count = facets.start[crowded, None], facets.count[crowded, None]
-        step = np.arange(MOST_OTHERS + 1)[None]
-        row = facets.order[np.minimum(start + step, start + count - 1)]
-        found.append(np.where(step < count, facets.owners[row], -1))
-    # The last of the cells came last; the ones before are named with it.
-    cells = -np.sort(-np.concatenate(found), axis=1)
-    cells = cells[np.argsort(cells[:, 0], kind="stable")]
+    cells, _ = crowded([] if study.may_branch else study.facet_sets)
     message = "a facet of the cell is shared by more than two cells"
     return at_cells(study, cells[:, 0], message, others=cells[:, 1:])
+
+
+def crowded(facet_sets: list[FacetSet]) -> tuple[Array, Array]:
+    """Facets of more than two cells: the numbers of these, and the first two vertices.
+
+    Returns
+    -------
+    cells : (n, MOST_OTHERS + 1) int64
+        The last cell first, since it came last, and -1 where there are fewer.
+    ends : (n, 2) int64
+    """
+    cells = [np.empty((0, MOST_OTHERS + 1), dtype=np.int64)]
+    ends = [np.empty((0, 2), dtype=np.int64)]
+    for facets in facet_sets:
+        several = facets.count > 2
+        start, count = facets.start[several, None], facets.count[several, None]
+        step = np.arange(MOST_OTHERS + 1)[None]
+        row = facets.order[np.minimum(start + step, start + count - 1)]
+        cells.append(-np.sort(-np.where(step < count, facets.owners[row], -1), axis=1))
+        ends.append(facets.rows[row[:, 0], :2])
+    order = np.argsort(np.concatenate(cells)[:, 0], kind="stable")
+    return np.concatenate(cells)[order], np.concatenate(ends)[order]
 
 
 @rule(
@@ -78,7 +105,8 @@ def find_crowded(study: Examination) -> Places:
     "hanging node or crack",
     explanation="A vertex lies on a facet that does not have it, or two facets coincide.",
     source="18.7.1",
-    fix="Merge the points of a crack; split the cell at a hanging node.",
+    fix="Merge the points of a crack that is not meant; split the cell at a hanging node.",
+    can_be_meant=True,
 )
 def find_hanging(study: Examination) -> Places:
     vertices, owners = study.hanging

@@ -38,5 +38,5 @@ def find_out_of_range(study: Examination) -> Places:
     fix="Remove the cell, or write it as the simpler type that it really is.",
 )
 def find_repeated(study: Examination) -> Places:
-    repeated = study.repeated & ~study.out_of_range
+    repeated = (study.repeated & ~study.out_of_range) | study.repeated_lower
     return at_cells(study, repeated, "a vertex is repeated in the cell")

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...cells import dimension_of, family_of
-from ...mesh.adjacency import distinct, row_ids
-from ...mesh.model import Array
-from ...mesh.tags import combinations, tags_of
+from ...mesh.adjacency import distinct
 from .. import boundary
 from ..examination import Examination
 from ..model import ERROR, SEARCH, WARNING, Places, at_cells, rule
@@ -29,6 +26,7 @@ def _nowhere() -> Places:
     explanation="Boundary facets of one part meet in an edge, or a point, otherwise than in pairs.",
     source="18.7.1",
     fix="Give each sheet of the boundary points of its own, or add the cells that are missing.",
+    can_be_meant=True,
 )
 def find_not_manifold(study: Examination) -> Places:
     if not study.is_whole or not len(study.domain.skin.rows):
@@ -52,13 +50,13 @@ def find_not_manifold(study: Examination) -> Places:
     "neighbours disagree in orientation",
     explanation="Two cells run round their common facet in the same direction.",
     source="18.7.1",
-    fix="Turn one of them; in the plane or in space they lie on the same side of the facet.",
+    fix="Turn one of them; solids, and cells in the plane, lie on the same side of the facet.",
 )
 def find_disagreeing(study: Examination) -> Places:
     one, other = study.disagreeing
     doubtful = study.explained.copy()
     doubtful[study.duplicates[0]] = True
-    keep = ~(doubtful[one] | doubtful[other]) & (not study.shape.turned)
+    keep = ~(doubtful[one] | doubtful[other]) & (not study.shape.turned) & ~study.sheets.is_seam
     one, other = one[keep], other[keep]
     # Of the two, the one that disagrees with more of its neighbours is more likely wrong.
     times = np.bincount(np.concatenate([one, other]), minlength=study.n_cells)
@@ -73,38 +71,13 @@ def find_disagreeing(study: Examination) -> Places:
     "M208",
     ERROR,
     "declared facet that bounds no cell",
-    explanation="A facet that the file lists, with a tag or without, is a facet of no cell.",
+    explanation="A facet that the file lists is a facet of no cell, between vertices of the cells.",
     source="18.7.1",
     fix="Remove it, or add the cell that it bounds; often the cell was deleted.",
+    can_be_meant=True,
 )
 def find_unbound(study: Examination) -> Places:
-    if not study.is_whole or study.dimension < 2:
-        return _nowhere()
-    unbound = []
-    for block, first in zip(study.mesh.blocks, study.offsets, strict=False):
-        family = family_of(block.type)
-        if family is None or family.dimension != study.dimension - 1 or not len(block.cells):
-            continue
-        numbers = np.arange(first, first + len(block.cells))
-        sound = ~study.out_of_range[numbers]
-        rows = np.asarray(block.cells)[sound, : family.n_corners]
-        unbound.append(numbers[sound][~_is_facet(study, rows)])
-    if not unbound:
-        return _nowhere()
-    return at_cells(study, np.concatenate(unbound), "the facet bounds no cell")
-
-
-def _is_facet(study: Examination, rows: Array) -> Array:
-    """Which rows of vertices are a facet of a cell."""
-    width = rows.shape[1]
-    named = np.zeros(study.n_points, dtype=bool)
-    named[rows.ravel()] = True
-    known = [np.empty((0, width), np.int64)]
-    for facets in study.facet_sets:
-        if facets.rows.shape[1] == width:
-            known.append(facets.rows[named[facets.rows].all(axis=1)])
-    ids = row_ids(np.concatenate([rows, *known]), study.n_points)
-    return np.isin(ids[: len(rows)], ids[len(rows) :])
+    return at_cells(study, study.lower.lost, "the facet bounds no cell")
 
 
 @rule(
@@ -115,6 +88,7 @@ def _is_facet(study: Examination, rows: Array) -> Array:
     source="18.7.1",
     fix="Remove one of the overlapping cells, or mend the geometry that was meshed.",
     cost=SEARCH,
+    can_be_meant=True,
 )
 def find_overlapping(study: Examination) -> Places:
     later, earlier = overlapping_cells(study)
@@ -163,6 +137,7 @@ def find_excess(study: Examination) -> Places:
     explanation="The mesh has a closed void that one cell would fill.",
     source="18.7.1",
     fix="Add the cell, or leave it out of the boundary on purpose by a finer mesh around it.",
+    can_be_meant=True,
 )
 def find_missing(study: Examination) -> Places:
     if not study.is_whole or not study.domain.missing:
@@ -209,7 +184,7 @@ def find_touching(study: Examination) -> Places:
     fix="Give the parts tags of their own, if they are not one region on purpose.",
 )
 def find_scattered(study: Examination) -> Places:
-    region = _regions(study)
+    region = study.region
     if region is None or not study.is_whole:
         return _nowhere()
     label = boundary.parts(study, region)
@@ -229,23 +204,3 @@ def find_scattered(study: Examination) -> Places:
         kinds=kinds,
         others=kept[first[order[start[several]]]][:, None],
     )
-
-
-def _regions(study: Examination) -> Array | None:
-    """Region of each cell of the top dimension, another number for all others; None without tags.
-
-    Regions are those that `optimize` keeps: see `mesh.tags`.
-    """
-    mesh, top = study.mesh, study.mesh.dimension()
-    numbered = [
-        (block, np.arange(first, first + len(block.cells)))
-        for block, first in zip(mesh.blocks, study.offsets, strict=False)
-        if len(block.cells) and dimension_of(block.type) == top
-    ]
-    tags = tags_of([block for block, _ in numbered], mesh.regions)
-    if top < 2 or not tags:
-        return None
-    number = combinations(tags)
-    region = np.full(study.n_cells, number.max() + 1)
-    region[np.concatenate([numbers for _, numbers in numbered])] = number
-    return region

@@ -97,7 +97,7 @@ def _beyond(
         measure = limit.measure
         scale = measure.power(study.dimension) * study.exponent
         for group in study.cell_sets:
-            if group.family not in (families or measure.ways):
+            if group.family not in measure.ways or group.family not in (families or measure.ways):
                 continue
             values = np.ldexp(measure.of(points, group.cells, group.family), scale)
             beyond = values < limit.value if limit.is_least else values > limit.value

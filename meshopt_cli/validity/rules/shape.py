@@ -7,6 +7,7 @@ import numpy as np
 from ..examination import Examination
 from ..jacobian import KINDS, not_positive
 from ..model import ERROR, Places, at_cells, rule
+from ..shape import flat_in
 
 
 @rule(
@@ -34,12 +35,15 @@ def find_inverted(study: Examination) -> Places:
     "M102",
     ERROR,
     "flat cell",
-    explanation="A cell, or a corner of a 3-D cell, has no volume, or area, for its size.",
+    explanation="A cell, or a corner of a 3-D cell, has no volume, area or length for its size.",
     source="Remark 18.3",
     fix="Optimize: swaps and collapses remove flat cells; or remove them where they were added.",
 )
 def find_flat(study: Examination) -> Places:
-    return at_cells(study, study.shape.flat, "the cell is flat")
+    flat = study.shape.flat.copy()
+    flat[flat_in(study, study.lower.sets)] = True
+    flat &= ~study.repeated_lower
+    return at_cells(study, flat, "the cell is flat")
 
 
 @rule(

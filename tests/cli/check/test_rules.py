@@ -27,7 +27,7 @@ def test_an_unknown_rule_is_not_explained(check):
 
 def test_rules_on_request(check, good):
     asked = {code for code, rule in RULES.items() if rule.on_request}
-    assert asked == {"M301", "M302", "M303", "M405"}
+    assert asked == {"M214", "M301", "M302", "M303", "M405"}
     assert check(good)[1] == f"{good}: valid\n"
     status, out, _ = check(good, "--extend-select", "M3", "--format", "json")
     assert status == 0
