@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..mesh.model import Mesh
-from . import gmsh, medit, tags, vtk
+from . import medit, tags, vtk
+from .gmsh.read import read as read_gmsh
+from .gmsh.write import write as write_gmsh
 from .sniff import Encoding
 
 
@@ -64,7 +66,7 @@ class Format:
 
 def _gmsh(new: Encoding) -> Format:
     about = f"Gmsh, version {new.version}, text or binary"
-    functions = gmsh.read, tags.for_gmsh, gmsh.write
+    functions = read_gmsh, tags.for_gmsh, write_gmsh
     return Format("gmsh", "Gmsh", (".msh",), new, about, 1, "element", "node", *functions)
 
 

@@ -17,6 +17,7 @@ from ..handles import OUTER
 from . import adjacency
 from .model import Array, Block, Mesh, declared, main_blocks, main_type
 from .orientation import turned
+from .periodic import renumbered
 from .plane import Frame, plane_of, precision_of, with_depth
 from .sizes import contents
 from .tags import CORNER, GEOMETRICAL, REQUIRED, flagged, regions_of, tags_of
@@ -222,7 +223,8 @@ def with_simplices(mesh: Mesh, worked: Simplices, origin: Array, before: Simplic
             entities = block.entities if bounded else None
             blocks.append(replace(block, cells=worked.cells[rows], data=data, entities=entities))
         main += 1
-    return replace(mesh, points=points, blocks=blocks, point_data={})
+    periodic = renumbered(mesh.periodic, new_number)
+    return replace(mesh, points=points, blocks=blocks, point_data={}, periodic=periodic)
 
 
 def _homes(blocks: list[Block], region: Array) -> tuple[Array, Array]:

@@ -15,6 +15,10 @@ from .model import Array, Block, Mesh, top_blocks
 PHYSICAL, GEOMETRICAL, REF = TAG_NAMES = ("gmsh:physical", "gmsh:geometrical", "medit:ref")
 # Dimension and tag of the entity that Gmsh has a node on.
 DIM_TAGS = "gmsh:dim_tags"
+# Where a node lies on its curve or surface in Gmsh.
+PARAMETRIC = "gmsh:parametric"
+# The part of the mesh, as made for parallel computing, that Gmsh has a cell in: no region.
+PARTITION = "gmsh:partition"
 # Medit's flags of vertices and of cells: what is required must stay.
 CORNER, REQUIRED, RIDGE = FLAGS = ("medit:corner", "medit:required", "medit:ridge")
 # Vectors at some of the vertices.
@@ -63,7 +67,7 @@ def is_called_number(name: str) -> bool:
 
 def is_tag(name: str, arrays: list[Array]) -> bool:
     """Whether an array, given block by block, tells regions of the cells apart."""
-    if name in FLAGS or not all(is_whole(a) for a in arrays):
+    if name in (*FLAGS, PARTITION) or not all(is_whole(a) for a in arrays):
         return False
     return name in TAG_NAMES or (
         _n_values(arrays) <= MAX_LABELS and not is_number(name, np.concatenate(arrays))
