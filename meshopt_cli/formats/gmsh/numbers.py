@@ -85,17 +85,21 @@ class Numbers:
         widths = self._widths(columns)
         size = sum(widths)
         if not 0 <= count * size <= self.left():
-            raise self.truncated(f"{count} rows of {sum(w for _, w in columns)} numbers")
-        table = self._flat[self._at : self._at + count * size].reshape(count, size)
+            width = sum(w for _, w in columns)
+            raise self.truncated(
+                f"{count} rows of {width} numbers" if count != 1 else f"{width} numbers"
+            )
+        start = self._at
         self._at += count * size
-        ends = np.cumsum(widths).tolist()
-        found = []
-        for (kind, _), width, end in zip(columns, widths, ends, strict=True):
-            part = table[:, end - width : end]
-            if not self._text:
-                part = np.ascontiguousarray(part).view(self._kinds[kind])
-            found.append(part if kind == REAL else self._whole(part))
-        return found
+        if self._text:
+            table = self._flat[start : self._at].reshape(count, size)
+            parts = np.split(table, np.cumsum(widths)[:-1], axis=1)
+        else:
+            fields = [(f"f{i}", self._kinds[k], (w,)) for i, (k, w) in enumerate(columns)]
+            records = np.ndarray(count, np.dtype(fields), self._flat.data, start)
+            parts = [records[name] for name, *_ in fields]
+        given = zip(parts, columns, strict=True)
+        return [_real(part) if kind == REAL else self._whole(part) for part, (kind, _) in given]
 
     def run(self, most: int, columns: Columns, keys: tuple[int, ...]) -> list[Array]:
         """Take the rows at the beginning that are alike, one at least, as `rows` gives them.
@@ -171,3 +175,7 @@ class Numbers:
         if not np.array_equal(whole, values):
             raise UnreadableError(f"in the section ${self.name}, a whole number was expected")
         return whole
+
+
+def _real(values: Array) -> Array:
+    return values.astype(np.float64, copy=False)

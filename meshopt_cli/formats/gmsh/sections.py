@@ -28,7 +28,7 @@ class Section(NamedTuple):
 
 def header_of(data: bytes) -> GmshHeader:
     """What a file says about itself; one that starts with nodes is of version 1."""
-    if data.lstrip().startswith(GMSH_1):
+    if data[:256].lstrip().startswith(GMSH_1):
         return _FIRST
     return next((gmsh_header(s.content) for s in sections(data) if s.name == "MeshFormat"), _FIRST)
 
@@ -44,8 +44,8 @@ def sections(data: bytes) -> Iterator[Section]:
     at = 0
     while match := _START.search(data, at):
         name = match[1]
-        ends = [data.find(word + name, match.end()) for word in (b"$End", b"$END")]
-        end = min((place for place in ends if place >= 0), default=-1)
+        word = b"$END" if name.decode() in _LATER_NAMES else b"$End"
+        end = data.find(word + name, match.end())
         if end < 0:
             raise UnreadableError(f"truncated: the section ${name.decode()} has no end")
         later = _LATER_NAMES.get(name.decode(), name.decode())
