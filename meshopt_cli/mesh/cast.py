@@ -211,7 +211,7 @@ def with_simplices(mesh: Mesh, worked: Simplices, origin: Array, before: Simplic
             cells = new_number[block.cells]
             kept = np.all(cells >= 0, axis=1)
             data = {n: a[kept] for n, a in block.data.items()}
-            blocks.append(replace(block, cells=cells[kept], data=data))
+            blocks.append(replace(block, cells=cells[kept], data=data, numbers=None))
             continue
         rows = np.flatnonzero(place == main)
         rows = rows[np.argsort(worked.region[rows], kind="stable")]
@@ -221,10 +221,12 @@ def with_simplices(mesh: Mesh, worked: Simplices, origin: Array, before: Simplic
             # A region that goes over several entities of Gmsh has the bounds of none.
             bounded = mesh.regions is None or GEOMETRICAL in mesh.regions
             entities = block.entities if bounded else None
-            blocks.append(replace(block, cells=worked.cells[rows], data=data, entities=entities))
+            cells = worked.cells[rows]
+            blocks.append(Block(cell_type, cells, data, entities))
         main += 1
     periodic = renumbered(mesh.periodic, new_number)
-    return replace(mesh, points=points, blocks=blocks, point_data={}, periodic=periodic)
+    changed = replace(mesh, points=points, blocks=blocks, point_data={})
+    return replace(changed, periodic=periodic, numbers=None)
 
 
 def _homes(blocks: list[Block], region: Array) -> tuple[Array, Array]:

@@ -73,6 +73,8 @@ class Mesh:
         Points that stand for each other.
     views : dict of str to View
         What arrays are that are called otherwise than their quantity, or have a time or a step.
+    numbers : (np,) int64, optional
+        Which point of the file each one is, counted from 0; None where they follow each other.
     regions : tuple of str, optional
         Arrays that make regions, instead of all that `tags.is_tag` takes for tags.
     """
@@ -84,6 +86,7 @@ class Mesh:
     more_groups: dict[tuple[int, int], tuple[int, ...]] = field(default_factory=dict)
     periodic: list[Link] = field(default_factory=list)
     views: dict[str, View] = field(default_factory=dict)
+    numbers: Array | None = None
     regions: tuple[str, ...] | None = None
 
     def dimension(self) -> int:

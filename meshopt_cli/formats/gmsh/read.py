@@ -72,8 +72,12 @@ def read(path: Path, data: bytes, encoding: Encoding) -> tuple[Mesh, list[str]]:
     attach_names(mesh, parts.names, parts.lost)
     lost = parts.lost + elements.lost
     mesh.periodic = placed(parts.periodic, nodes, parts.entities, lost)
+    numbers = Places(np.concatenate([np.empty(0, np.int64), *elements.numbers]))
+    mesh.numbers = nodes.labels()
+    if numbers.labels() is not None:
+        for block, labels in zip(mesh.blocks, elements.numbers, strict=True):
+            block.numbers = labels
     if parts.views:
-        numbers = Places(np.concatenate([np.empty(0, np.int64), *elements.numbers]))
         lost += attach_views(mesh, parts.views, nodes, numbers)
     return mesh, lost
 
