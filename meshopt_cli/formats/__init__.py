@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import ConfigError, ReadError, WriteError, chosen
-from ..mesh.model import Array, Block, Mesh
+from ..mesh.model import Array, Mesh
 from .atomic import target_of
 from .foreign import NO_MESHES, foreign_kind
 from .numbering import Numbering, numbering
