@@ -181,3 +181,22 @@ def two_tets(builder, numbers=(1, 2, 3, 4, 5), names=('2 3 "wall"', '3 7 "steel"
             ),
         )
     )
+
+
+def shaken_square(n):
+    """A unit square of 2 n^2 triangles, those inside out of shape: points and cells by number.
+
+    Also the number of each point by column and row.
+    """
+    place = {(i, j): 1 + i + (n + 1) * j for i in range(n + 1) for j in range(n + 1)}
+    random = np.random.default_rng(1)
+    points, cells = {}, {}
+    for (i, j), number in place.items():
+        inside = 0 < i < n and 0 < j < n
+        x, y = (i, j) + inside * random.uniform(-0.3, 0.3, 2)
+        points[number] = (x / n, y / n, 0.0)
+    for i in range(n):
+        for j in range(n):
+            a, b, c, d = (place[i + k, j + m] for m in (0, 1) for k in (0, 1))
+            cells |= {2 * a: (a, b, d), 2 * a + 1: (a, d, c)}
+    return points, cells, place

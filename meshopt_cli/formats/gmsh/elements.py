@@ -125,7 +125,7 @@ def _blocks(numbers: Numbers, old: bool, entities: Entities, lost: list[str]) ->
     if found != n:
         raise UnreadableError(f"$Elements announces {n} elements, and {found} are found")
     if between:
-        lost.append(f"{between} elements between partitions")
+        lost.append(f"elements between partitions ({between})")
     return parts
 
 
@@ -240,10 +240,10 @@ def _held(parts: list[Part], lost: list[str]) -> list[Part]:
     for element, count in others.items():
         if element.dimension >= top:
             raise UnreadableError(
-                f"{count} elements of type {element.name} are not supported: "
+                f"elements of type {element.name} are not supported: "
                 "save it with elements of first or second order"
             )
-        lost.append(f"{count} elements of type {element.name}")
+        lost.append(f"elements of type {element.name} ({count})")
     return held
 
 
