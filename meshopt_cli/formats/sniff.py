@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 HEAD = 1 << 20  # bytes that are enough to tell
 
-# What a file of Gmsh's first version starts with, which has no header.
+# What a file of Gmsh's first version starts with, but for blanks: it has no header.
+MARGIN = 256
 GMSH_1 = (b"$NOD", b"$NOE", b"$PARA", b"$ELM")
 _GMSH_HEADER = re.compile(rb"\s*(\S+)\s+([01])\s+(\d+)[ \t]*\r?\n")
 _VTK_HEADER = re.compile(
@@ -94,10 +95,10 @@ def gmsh_header(body: bytes) -> GmshHeader:
 
 
 def _sniff_gmsh(head: bytes) -> Encoding | None:
-    if head.lstrip().startswith(GMSH_1):
+    if head[:MARGIN].lstrip().startswith(GMSH_1):
         return Encoding("gmsh22", "1.0", binary=False)
-    header = re.search(rb"^\$MeshFormat\s*?\n", head, re.MULTILINE)
-    if not header or not head.lstrip().startswith(b"$"):
+    header = re.search(rb"^(?:\xef\xbb\xbf)?\$MeshFormat\s*?\n", head, re.MULTILINE)
+    if not header:
         return None
     version, text, *_ = gmsh_header(head[header.end() :])
     return Encoding("gmsh" if version >= 4 else "gmsh22", str(version), not text)

@@ -98,6 +98,31 @@ def test_no_count_of_version_4_is_believed(tmp_path, binary):
         assert_unreadable(put(tmp_path, changed), "$Elements")
 
 
+@pytest.mark.parametrize("before", [b"\xef\xbb\xbf", b"made by hand\n", b"\n \n"])
+def test_what_comes_before_the_header_is_passed_over(tmp_path, before):
+    mesh, source = read(put(tmp_path, before + two_tets(Builder("4.1"))))
+    assert len(mesh.points) == len(POINTS)
+    assert source.lost == ()
+
+
+def test_a_node_that_is_there_twice(tmp_path):
+    content = two_tets(Builder("2.2")).replace(b"$Nodes\n5\n", b"$Nodes\n6\n3 9 9 9\n")
+    mesh, source = read(put(tmp_path, content))
+    assert mesh.points[2].tolist() == [9, 9, 9]
+    assert len(mesh.points) == len(POINTS)
+    assert source.lost == ("nodes with the number of another (1)",)
+
+
+def test_a_section_that_is_there_twice(tmp_path):
+    """As where a view was written with its mesh once more."""
+    content = two_tets(Builder("4.1"))
+    assert read(put(tmp_path, content + content))[1].lost == ()
+    other = content[content.index(b"$Nodes") :].replace(b"1.0 1.0 1.0", b"2.0 2.0 2.0")
+    mesh, source = read(put(tmp_path, content + other))
+    assert mesh.points[4].tolist() == [1, 1, 1]
+    assert source.lost == ("all but the first of the sections $Nodes",)
+
+
 def test_what_is_no_entity_is_refused(tmp_path):
     text = two_tets(Builder("4.1")).replace(b"\n3 1 0 2\n", b"\n4 1 0 2\n")
     assert_unreadable(put(tmp_path, text), "$Nodes", "dimension 4")

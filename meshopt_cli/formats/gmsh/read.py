@@ -60,7 +60,7 @@ def read(path: Path, data: bytes, encoding: Encoding) -> tuple[Mesh, list[str]]:
         raise UnreadableError(f"there is no section ${missing} in it")
     elements = read_elements(parts.elements, header, parts.entities)
     parts.elements = None
-    mesh, nodes = _with_points(parts.nodes, parts.entities)
+    mesh, nodes = _with_points(parts.nodes, parts.entities, parts.lost)
     if header.version < 4:
         mesh.more_groups = without_repeats(elements)
     mesh.more_groups |= {
@@ -95,7 +95,7 @@ def _parts(data: bytes, header: GmshHeader) -> _Parts:
         seen[once] = slice(start, start + len(content))
         if name == "PhysicalNames":
             parts.names = read_names(content)
-        elif name == "Entities":
+        elif name == "Entities" and header.version >= 3:
             read_entities(content, header, parts.entities)
         elif name == "PartitionedEntities":
             read_partitioned(content, header, parts.entities)
@@ -118,9 +118,16 @@ _NAMED = {
 }
 
 
-def _with_points(nodes: Nodes, entities: Entities) -> tuple[Mesh, Places]:
-    """A mesh of points only, in the order of their numbers, on entities of the model."""
+def _with_points(nodes: Nodes, entities: Entities, lost: list[str]) -> tuple[Mesh, Places]:
+    """A mesh of points only, in the order of their numbers, on entities of the model.
+
+    Of several nodes with one number the first counts, as with Gmsh.
+    """
     order = np.argsort(nodes.numbers, kind="stable")
+    again = np.flatnonzero(np.diff(nodes.numbers[order]) == 0) + 1
+    if len(again):
+        order = np.delete(order, again)
+        lost.append(f"nodes with the number of another ({len(again)})")
     mesh = Mesh(nodes.points[order], [])
     if nodes.dim_tags is not None:
         dim_tags = nodes.dim_tags[order]

@@ -6,9 +6,9 @@ import re
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from ..sniff import GMSH_1, GmshHeader, UnreadableError, gmsh_header
+from ..sniff import GMSH_1, MARGIN, GmshHeader, UnreadableError, gmsh_header
 
-_START = re.compile(rb"^[ \t]*\$(?!End)(?!END)(\w+)[ \t]*\r?\n", re.MULTILINE)
+_START = re.compile(rb"^(?:\xef\xbb\xbf)?[ \t]*\$(?!End)(?!END)(\w+)[ \t]*\r?\n", re.MULTILINE)
 _CUT = re.compile(rb"^[ \t]*\$(?!End)(?!END)\w*\Z", re.MULTILINE)
 _FIRST = GmshHeader(1.0, True, 8, "<")
 # The names of version 1, and what they are called since.
@@ -28,7 +28,7 @@ class Section(NamedTuple):
 
 def header_of(data: bytes) -> GmshHeader:
     """What a file says about itself; one that starts with nodes is of version 1."""
-    if data[:256].lstrip().startswith(GMSH_1):
+    if data[:MARGIN].lstrip().startswith(GMSH_1):
         return _FIRST
     return next((gmsh_header(s.content) for s in sections(data) if s.name == "MeshFormat"), _FIRST)
 
