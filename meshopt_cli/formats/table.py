@@ -65,7 +65,8 @@ class Format:
 
 
 def _gmsh(new: Encoding) -> Format:
-    about = f"Gmsh, version {new.version}, text or binary"
+    others = "4.0 is" if new.version == "4.1" else "1, 2.0, 2.1 and 3 are"
+    about = f"Gmsh, version {new.version}, text or binary; {others} read"
     functions = read_gmsh, tags.for_gmsh, write_gmsh
     return Format("gmsh", "Gmsh", (".msh",), new, about, 1, "element", "node", *functions)
 
