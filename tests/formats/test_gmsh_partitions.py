@@ -114,6 +114,36 @@ def test_older_versions_have_a_partition_with_each_element(tmp_path, builder):
     assert block.data[PHYSICAL].tolist() == [7, 7]
 
 
+@pytest.mark.parametrize(
+    "builder", [Builder("2.2"), Builder("2.2", True), Builder("2.2", True, ">")]
+)
+def test_elements_that_differ_in_the_number_of_their_tags(tmp_path, builder):
+    random = np.random.default_rng(3)
+    rows, expected = [], []
+    for number in range(1, 301):
+        n_tags, triangle = int(random.integers(0, 8)), number % 100 < 50
+        cell = (random.permutation(5)[: 3 + (not triangle)] + 1).tolist()
+        partition = int(random.integers(1, 9))
+        tags = [7, 1, max(1, n_tags - 3), partition, -1, -2, -3][:n_tags]
+        code = 2 if triangle else 4
+        head = (code, 1, n_tags, number) if builder.binary else (number, code, n_tags)
+        rows.append(builder.line(("i4", (*head, *tags, *cell))))
+        expected.append((number, [c - 1 for c in cell], partition if n_tags > 3 else 0, n_tags > 0))
+    content = builder.header() + builder.nodes(dict(enumerate(POINTS, 1)))
+    path = tmp_path / "mesh.msh"
+    path.write_bytes(content + builder.section("Elements", b"300\n", *rows))
+    mesh, source = read(path)
+    found = [
+        (cell.tolist(), int(partition), bool(group == 7))
+        for block in mesh.blocks
+        for cell, partition, group in zip(
+            block.cells, block.data[PARTITION], block.data[PHYSICAL], strict=True
+        )
+    ]
+    assert found == [row[1:] for row in expected]
+    assert source.lost == ("the ghost cells of partitions",)
+
+
 def test_ghost_cells_are_named(tmp_path):
     text = "1 4 5 7 1 2 3 -4 1 2 3 4\n2 4 4 7 1 1 4 2 3 4 5\n"
     builder = Builder("2.2")

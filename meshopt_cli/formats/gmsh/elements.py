@@ -13,6 +13,7 @@ from ...mesh.model import Array, Block
 from ...mesh.tags import GEOMETRICAL, PARTITION, PHYSICAL
 from ..sniff import GmshHeader, UnreadableError
 from .entities import Entities
+from .mixed import SHORT, MixedRows, take_mixed
 from .numbers import COUNT, INTEGER, Numbers, TruncatedError
 from .types import Element, known_elements
 
@@ -148,6 +149,10 @@ def _rows(numbers: Numbers, header: GmshHeader, entities: Entities, lost: list[s
             ) from None
         parts.append(part)
         done += len(part.numbers)
+        if 2 <= header.version < 3 and len(part.numbers) < SHORT:
+            for rows in take_mixed(numbers, n - done, header):
+                parts.append(_part_2(rows, header, lost))
+                done += len(rows.numbers)
     partitioned = any(part.tags[PARTITION].any() for part in parts)
     for part in parts:
         if not partitioned:
@@ -164,7 +169,7 @@ def _part(element: Element, numbers: Array, nodes: Array, *tags: Array | None) -
     for name, values in zip(names, tags, strict=False):
         if values is not None:
             columns[name][:] = values
-    return Part(element, numbers[:, 0], nodes, columns, element)
+    return Part(element, numbers, nodes, columns, element)
 
 
 def _row_1(numbers: Numbers, most: int) -> Part:
@@ -172,7 +177,7 @@ def _row_1(numbers: Numbers, most: int) -> Part:
     element = _element(numbers.peek((INTEGER, 2))[0][1])
     columns = [(INTEGER, width) for width in (1, 1, 2, 1, element.n_nodes)]
     labels, _, tags, _, nodes = numbers.run(most, columns, (1, 3))
-    return _part(element, labels, nodes, tags[:, 0], tags[:, 1])
+    return _part(element, labels[:, 0], nodes, tags[:, 0], tags[:, 1])
 
 
 def _row_2(numbers: Numbers, most: int, header: GmshHeader, lost: list[str]) -> Part:
@@ -192,14 +197,27 @@ def _row_2(numbers: Numbers, most: int, header: GmshHeader, lost: list[str]) -> 
     else:
         numbers.take(INTEGER, 3)
         labels, tags, nodes = numbers.rows(second, *row)
-    partitions = tags[:, 2 if header.version < 2.2 else 3 :]
-    several = n_tags > 4 and header.version >= 2.2
-    if several and (tags[:, 2] > 1).any():
-        lost.append(_GHOSTS)
-    if several and n_tags > 3 + int(tags[:, 2].max(initial=0)):
-        lost.append("the parents of elements")
-    columns = (tags[:, :1], tags[:, 1:2], partitions[:, :1])
-    return _part(element, labels, nodes, *(c[:, 0] if c.size else None for c in columns))
+    first_tags = np.zeros((len(labels), 4), np.int64)
+    first_tags[:, : min(n_tags, 4)] = tags[:, :4]
+    counts = np.full(len(labels), n_tags)
+    return _part_2(MixedRows(element, labels[:, 0], nodes, counts, first_tags), header, lost)
+
+
+def _part_2(rows: MixedRows, header: GmshHeader, lost: list[str]) -> Part:
+    """Elements whose tags are group, entity, number of partitions, the first of them, others.
+
+    Before version 2.2, the partition comes in the place of the number of partitions. The other
+    partitions are those that have the element as a ghost, and come with a minus.
+    """
+    group, entity, several, partition = rows.tags.T
+    if header.version < 2.2:
+        partition = several
+    else:
+        if ((rows.counts > 4) & (several > 1)).any():
+            lost.append(_GHOSTS)
+        if ((rows.counts > 4) & (rows.counts > 3 + several)).any():
+            lost.append("the parents of elements")
+    return _part(rows.element, rows.numbers, rows.nodes, group, entity, partition)
 
 
 def _row_3(numbers: Numbers, most: int, lost: list[str]) -> Part:
@@ -216,7 +234,7 @@ def _row_3(numbers: Numbers, most: int, lost: list[str]) -> Part:
     if more > 2:
         lost.append(_GHOSTS)
     partition = partitions[:, 1] if more > 1 else None
-    return _part(element, labels, nodes, None, entity[:, 0], partition)
+    return _part(element, labels[:, 0], nodes, None, entity[:, 0], partition)
 
 
 def _groups(part: Part, entities: Entities) -> Array:

@@ -138,6 +138,17 @@ class Numbers:
         finally:
             self._at = here
 
+    def integers(self) -> Array:
+        """All that is left, of integers only, without taking it."""
+        if self._text:
+            return self._flat[self._at :]
+        kind = self._kinds[INTEGER]
+        return np.ndarray(self.left() // kind.itemsize, kind, self._flat.data, self._at)
+
+    def skip(self, count: int) -> None:
+        """Pass over some integers."""
+        self._at += count if self._text else count * self._kinds[INTEGER].itemsize
+
     def line_count(self) -> int:
         """Take the count that stands on a line of text, in binary too."""
         if self._text:

@@ -87,7 +87,10 @@ def _repeats(blocks: list[Block]) -> list[Array]:
         pairs = np.column_stack([run[members], group[order[members]]])
         _, first = np.unique(pairs, axis=0, return_index=True)
         chosen = members[first]
-        repeated[order[chosen[same[chosen]]]] = True
+        chosen = chosen[same[chosen]]
+        heads = order[np.flatnonzero(~same)[run[chosen]]]
+        in_groups = (group[heads] != 0) & (group[order[chosen]] != 0)
+        repeated[order[chosen[in_groups]]] = True
     return np.split(repeated, ends)
 
 
