@@ -105,9 +105,9 @@ def test_a_group_of_some_cells_of_an_entity_is_named(tmp_path):
     assert source.lost == ("group 8 of some elements that are in another one too",)
 
 
-@pytest.mark.parametrize("second", [(2, 7, 1, 0), (2, 8, 2, 0)])
+@pytest.mark.parametrize("second", [(2, 7, 1, 0), (2, 8, 2, 0), (2, 0, 1, 0)])
 def test_a_cell_that_is_there_twice_stays_so(tmp_path, second):
-    """In the same group, or on another entity, it is not what Gmsh writes for groups."""
+    """In the same group, in none, or on another entity, it is not what Gmsh writes for groups."""
     mesh, _ = read(put(tmp_path, listed(Builder("2.2"), (1, 7, 1, 0), second)))
     (block,) = mesh.blocks
     assert len(block.cells) == 2
