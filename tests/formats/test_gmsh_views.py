@@ -111,9 +111,10 @@ def test_what_is_not_kept_is_named(tmp_path):
         builder.section("InterpolationScheme", b'"p2"\n1\n2\n1\n1 1\n1\n1 1\n1\n'),
         builder.section("ElementNodeData", b'1\n"s"\n1\n0\n3\n0\n1\n1\n2 4 1 2 3 4\n'),
         builder.view("NodeData", "T", {1: 1.0, 77: 2.0}),
+        builder.section("NodeData", b'2\n"u"\n"p2"\n1\n0\n3\n0\n1\n1\n1 1.0\n'),
     ]
     lost = read(with_views(tmp_path, builder, *views))[1].lost
-    for what in ("$InterpolationScheme", "$ElementNodeData", "view T"):
+    for what in ("$InterpolationScheme", "$ElementNodeData", "view T", "scheme of the view u"):
         assert any(what in one for one in lost), what
 
 

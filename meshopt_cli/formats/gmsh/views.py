@@ -37,6 +37,8 @@ class Values:
     view : View
     partition : int
         The part of the mesh that the values are of, 0 where it is not parted.
+    scheme : str
+        Name of the scheme that interpolates between the values, if there is one.
     rows : (n,) int64
         Nodes or elements as the file numbers them.
     values : (n,) or (n, k) float64
@@ -45,6 +47,7 @@ class Values:
     section: str
     view: View
     partition: int
+    scheme: str
     rows: Array
     values: Array
 
@@ -74,9 +77,10 @@ def read_view(section: str, content: bytes, header: GmshHeader, number: int) -> 
         raise UnreadableError(f"the section ${section} does not say how many values it has")
     rows, values = Numbers(section, content[at:], header).rows(n, (INTEGER, 1), (REAL, width))
     name = decoded(texts[0]).strip() if texts else ""
+    scheme = decoded(texts[1]).strip() if len(texts) > 1 else ""
     view = View(name or f"view {number}", time, step)
-    return Values(section, view, partition if len(integers) > 3 else 0, rows[:, 0],
-                  values[:, 0] if width == 1 else values)  # fmt: skip
+    values = values[:, 0] if width == 1 else values
+    return Values(section, view, partition, scheme, rows[:, 0], values)
 
 
 def attach_views(mesh: Mesh, found: list[Values], nodes: Places, elements: Places) -> list[str]:
@@ -95,6 +99,8 @@ def attach_views(mesh: Mesh, found: list[Values], nodes: Places, elements: Place
     for name, parts in _named(mesh, _arrays(found)):
         at_nodes = parts[0].section == AT_NODES
         whole, missing = _whole(parts, nodes if at_nodes else elements)
+        if any(part.scheme for part in parts):
+            lost.append(f"the interpolation scheme of the view {name}")
         if missing:
             lost.append(f"values of the view {name} at nodes or elements that are not there")
         if at_nodes:
