@@ -20,6 +20,7 @@ from .elements import read_elements
 from .entities import Entities, read_entities, read_partitioned
 from .names import Names, attach_names, read_names
 from .nodes import Nodes, read_nodes
+from .order import from_gmsh
 from .periodic import placed, read_periodic
 from .places import Places
 from .repeats import without_repeats
@@ -51,8 +52,6 @@ def read(path: Path, data: bytes, encoding: Encoding) -> tuple[Mesh, list[str]]:
     is not there has a number out of range in its place. Views become arrays under their
     names; where they have no value there is a NaN.
     """
-    from meshio.gmsh.common import _gmsh_to_meshio_order
-
     header = header_of(data)
     parts = _parts(data, header)
     if parts.nodes is None or parts.elements is None:
@@ -68,7 +67,7 @@ def read(path: Path, data: bytes, encoding: Encoding) -> tuple[Mesh, list[str]]:
     }
     mesh.blocks = elements.blocks
     for block in mesh.blocks:
-        block.cells = _gmsh_to_meshio_order(block.type, nodes.of(block.cells))
+        block.cells = from_gmsh(block.type, nodes.of(block.cells))
     attach_names(mesh, parts.names, parts.lost)
     lost = parts.lost + elements.lost
     mesh.periodic = placed(parts.periodic, nodes, parts.entities, lost)

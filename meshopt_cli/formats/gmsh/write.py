@@ -13,6 +13,7 @@ from ...mesh.model import Array, Block, Mesh
 from ...mesh.tags import DIM_TAGS, GEOMETRICAL, PARAMETRIC, PARTITION, PHYSICAL
 from ..sniff import Encoding
 from . import model
+from .order import to_gmsh
 from .periodic import write_periodic
 from .repeats import with_repeats
 from .sink import Sink
@@ -60,13 +61,6 @@ def _write_nodes_22(f: BinaryIO, sink: Sink, points: Array) -> None:
     sink.end("Nodes")
 
 
-def _nodes_of(block: Block) -> Array:
-    """The numbers of the nodes of the cells of a block, in Gmsh's order."""
-    from meshio.gmsh.common import _meshio_to_gmsh_order
-
-    return _meshio_to_gmsh_order(block.type, block.cells) + 1
-
-
 def _write_elements_22(f: BinaryIO, sink: Sink, blocks: list[Block]) -> None:
     """Write elements with a group, an entity and, where there are any, one partition."""
     f.write(f"$Elements\n{sum(len(block.cells) for block in blocks)}\n".encode())
@@ -77,7 +71,7 @@ def _write_elements_22(f: BinaryIO, sink: Sink, blocks: list[Block]) -> None:
         tags = [block.data.get(PHYSICAL, nothing), block.data[GEOMETRICAL]]
         if PARTITION in block.data:
             tags += [nothing + 1, block.data[PARTITION]]
-        numbers, nodes = np.arange(first, first + n), _nodes_of(block)
+        numbers, nodes = np.arange(first, first + n), to_gmsh(block.type, block.cells) + 1
         if sink.binary and n:
             sink.put(("i4", (code, n, len(tags))))
         else:
@@ -119,6 +113,6 @@ def _write_elements_41(f: BinaryIO, sink: Sink, blocks: list[Block]) -> None:
         head = dimension_of(block.type), block.data[GEOMETRICAL][0], cell_types()[block.type]
         sink.put(("i4", head), ("u8", len(block.cells)))
         numbers = np.arange(first, first + len(block.cells))
-        sink.rows(("u8", numbers), ("u8", _nodes_of(block)))
+        sink.rows(("u8", numbers), ("u8", to_gmsh(block.type, block.cells) + 1))
         first += len(block.cells)
     sink.end("Elements")
