@@ -77,8 +77,6 @@ def for_gmsh(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
         blocks.append(Block(block.type, block.cells, data, block.entities if new else None))
     _number_entities(blocks)
     if new:
-        if any(PARTITION in block.data for block in blocks):
-            dropped.append(f"the entities of partitions, whose numbers are the view {PARTITION}")
         blocks, renumbered = model.by_entity(blocks)
         dropped += ["the tags of entities in several groups"] * renumbered
     idle = [name for name in (REF,) if not np.any(mesh.point_data.get(name, 0))]

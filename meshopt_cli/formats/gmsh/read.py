@@ -14,7 +14,7 @@ import numpy as np
 
 from ...mesh.model import Mesh
 from ...mesh.periodic import Link
-from ...mesh.tags import DIM_TAGS, PARAMETRIC
+from ...mesh.tags import DIM_TAGS, PARAMETRIC, PARTITION
 from ..sniff import Encoding, GmshHeader, UnreadableError
 from .elements import read_elements
 from .entities import Entities, read_entities, read_partitioned
@@ -98,6 +98,7 @@ def _parts(data: bytes, header: GmshHeader) -> _Parts:
             read_entities(content, header, parts.entities)
         elif name == "PartitionedEntities":
             read_partitioned(content, header, parts.entities)
+            parts.lost.append(f"the entities of partitions, but for their numbers ({PARTITION})")
         elif once == "Nodes":
             parts.nodes = read_nodes(name, content, header)
         elif name == "Elements":
