@@ -77,7 +77,7 @@ def test_elements_listed_once_for_each_group_are_one_cell(tmp_path, builder):
     (block,) = mesh.blocks
     assert block.cells.tolist() == [[0, 1, 2, 3], [1, 2, 3, 4]]
     assert block.data[PHYSICAL].tolist() == [7, 7]
-    assert block.numbers.tolist() == [1, 3]
+    assert block.numbers.tolist() == [0, 2]
     assert mesh.more_groups == {(3, 1): (8,)}
     assert source.lost == ()
     assert "M201" not in {group.rule.code for group in check(mesh).groups}

@@ -24,9 +24,10 @@ class Places:
         self._first = int(numbers[0]) if n else 1
         self._runs = bool(np.array_equal(numbers, np.arange(self._first, self._first + n)))
 
-    def labels(self) -> Array | None:
-        """The numbers, None where they count on from 1."""
-        return None if self._runs and self._first == 1 else self.numbers
+    @property
+    def count_on(self) -> bool:
+        """Whether the numbers count on from 1."""
+        return self._runs and self._first == 1
 
     @cached_property
     def _order(self) -> Array:

@@ -72,10 +72,11 @@ def read(path: Path, data: bytes, encoding: Encoding) -> tuple[Mesh, list[str]]:
     lost = parts.lost + elements.lost
     mesh.periodic = placed(parts.periodic, nodes, parts.entities, lost)
     numbers = Places(np.concatenate([np.empty(0, np.int64), *elements.numbers]))
-    mesh.numbers = nodes.labels()
-    if numbers.labels() is not None:
+    if not nodes.count_on:
+        mesh.numbers = nodes.numbers - 1
+    if not numbers.count_on:
         for block, labels in zip(mesh.blocks, elements.numbers, strict=True):
-            block.numbers = labels
+            block.numbers = labels - 1
     if parts.views:
         lost += attach_views(mesh, parts.views, nodes, numbers)
     return mesh, lost
