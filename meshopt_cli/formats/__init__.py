@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import ConfigError, ReadError, WriteError, chosen
-from ..mesh.model import Array, Block, Mesh
+from ..mesh.model import Array, Mesh
 from .atomic import target_of
 from .foreign import NO_MESHES, foreign_kind
 from .numbering import Numbering, numbering
@@ -305,7 +305,7 @@ def _owned(mesh: Mesh) -> Mesh:
     real = np.float32 if mesh.points.dtype.newbyteorder("=") == np.float32 else np.float64
     points = np.require(mesh.points, real, ["C", "W"])
     blocks = [
-        Block(b.type, np.require(b.cells, np.int64, ["C", "W"]), own(b.data), b.entities, b.numbers)
+        replace(b, cells=np.require(b.cells, np.int64, ["C", "W"]), data=own(b.data))
         for b in mesh.blocks
     ]
     return replace(mesh, points=points, blocks=blocks, point_data=own(mesh.point_data))

@@ -21,12 +21,12 @@ class Numbering:
     blocks : tuple of (str, int, array or None)
         What the cells of each block are called, the number of the first, and which ones they
         are where they do not follow each other: see `Block.numbers`.
-    points : (str, int)
+    points : (str, int, array or None)
         The same for the points.
     """
 
     blocks: tuple[tuple[str, int, Array | None], ...]
-    points: tuple[str, int]
+    points: tuple[str, int, Array | None]
 
     def cell(self, block: int, row: int) -> str:
         """A row of a block: "element 12"."""
@@ -35,8 +35,8 @@ class Numbering:
 
     def point(self, i: int) -> str:
         """A point: "node 7"."""
-        name, first = self.points
-        return f"{name} {first + i}"
+        name, first, numbers = self.points
+        return f"{name} {first + (i if numbers is None else int(numbers[i]))}"
 
 
 def numbering(encoding: Encoding, mesh: Mesh) -> Numbering:
@@ -50,4 +50,4 @@ def numbering(encoding: Encoding, mesh: Mesh) -> Numbering:
         following[name] = first + len(block.cells)
         first = first if block.numbers is None else row.first_number
         blocks.append((name, first, block.numbers))
-    return Numbering(tuple(blocks), (row.point_name, row.first_number))
+    return Numbering(tuple(blocks), (row.point_name, row.first_number, mesh.numbers))

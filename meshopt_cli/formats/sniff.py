@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
+from typing import NamedTuple
 
 HEAD = 1 << 20  # bytes that are enough to tell
 
+# What a file of Gmsh's first version starts with, but for blanks: it has no header.
+MARGIN = 256
+GMSH_1 = (b"$NOD", b"$NOE", b"$PARA", b"$ELM")
 _GMSH_HEADER = re.compile(rb"\s*(\S+)\s+([01])\s+(\d+)[ \t]*\r?\n")
 _VTK_HEADER = re.compile(
     rb"\s*# *vtk DataFile Version\s+(\S+)[^\n]*\n[^\n]*\n\s*(\w*)", re.IGNORECASE
@@ -46,6 +51,15 @@ class Encoding:
     compressed: bool = False
 
 
+class GmshHeader(NamedTuple):
+    """What a file of Gmsh says about itself: `size` is bytes of a count, `order` is of bytes."""
+
+    version: float
+    text: bool
+    size: int
+    order: str
+
+
 def encoding_of(head: bytes) -> Encoding | None:
     """Tell what a file is from its first `HEAD` bytes; None if it is no known kind of mesh.
 
@@ -57,28 +71,37 @@ def encoding_of(head: bytes) -> Encoding | None:
     return next(filter(None, (look(head) for look in _SNIFFERS)), None)
 
 
-def gmsh_header(body: bytes) -> tuple[str, bool, int]:
-    """Take apart what stands in $MeshFormat: version 2.2 or 4.1, text?, bytes of a count."""
+def gmsh_header(body: bytes) -> GmshHeader:
+    """Take apart what stands in $MeshFormat: the version, compared as a number, and the rest."""
     header = _GMSH_HEADER.match(body)
     if not header:
         raise UnreadableError("there is no header $MeshFormat in it")
-    version, text, size = header[1].decode(errors="replace"), header[2] == b"0", int(header[3])
-    version = {"2": "2.2", "2.0": "2.2", "2.1": "2.2", "4": "4.0"}.get(version, version)
-    if version not in ("2.2", "4.1"):
-        raise UnreadableError(f"Gmsh format {version} is not supported: save it as 4.1 or 2.2")
-    if not text and body[header.end() : header.end() + 4] != b"\1\0\0\0":
-        raise UnreadableError("it is binary in big-endian order: save it as text")
-    return version, text, size
+    said, text, size = header[1].decode(errors="replace"), header[2] == b"0", int(header[3])
+    try:
+        version = float(said)
+    except ValueError:
+        version = math.nan
+    if not 1 <= version < 4.2:
+        raise UnreadableError(
+            f"Gmsh format {said} is not supported: gmsh -save -format msh41 -o OUT.msh IN.msh "
+            "converts it"
+        )
+    mark = body[header.end() : header.end() + 4]
+    if not text and mark not in (b"\1\0\0\0", b"\0\0\0\1"):
+        raise UnreadableError("it is binary, but the 1 that tells the order of bytes is missing")
+    if not text and version >= 4 and size not in (4, 8):
+        raise UnreadableError(f"counts of {size} bytes are not supported: save it as text")
+    return GmshHeader(version, text, size, ">" if not text and mark[:1] == b"\0" else "<")
 
 
 def _sniff_gmsh(head: bytes) -> Encoding | None:
-    if head.lstrip().startswith((b"$NOD", b"$PARA", b"$ELM")):
-        raise UnreadableError("Gmsh format 1 is not supported: save it as 4.1 or 2.2")
-    header = re.search(rb"^\$MeshFormat\s*?\n", head, re.MULTILINE)
-    if not header or not head.lstrip().startswith(b"$"):
+    if head[:MARGIN].lstrip().startswith(GMSH_1):
+        return Encoding("gmsh22", "1.0", binary=False)
+    header = re.search(rb"^(?:\xef\xbb\xbf)?\$MeshFormat\s*?\n", head, re.MULTILINE)
+    if not header:
         return None
-    version, text, _ = gmsh_header(head[header.end() :])
-    return Encoding("gmsh" if version == "4.1" else "gmsh22", version, not text)
+    version, text, *_ = gmsh_header(head[header.end() :])
+    return Encoding("gmsh" if version >= 4 else "gmsh22", str(version), not text)
 
 
 def _sniff_vtk(head: bytes) -> Encoding | None:

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..mesh.model import Mesh
-from . import gmsh, medit, tags, vtk
+from . import medit, tags, vtk
+from .gmsh.read import read as read_gmsh
+from .gmsh.write import write as write_gmsh
 from .sniff import Encoding
 
 
@@ -63,8 +65,9 @@ class Format:
 
 
 def _gmsh(new: Encoding) -> Format:
-    about = f"Gmsh, version {new.version}, text or binary"
-    functions = gmsh.read, tags.for_gmsh, gmsh.write
+    others = "4.0 is" if new.version == "4.1" else "1, 2.0, 2.1 and 3 are"
+    about = f"Gmsh, version {new.version}, text or binary; {others} read"
+    functions = read_gmsh, tags.for_gmsh, write_gmsh
     return Format("gmsh", "Gmsh", (".msh",), new, about, 1, "element", "node", *functions)
 
 

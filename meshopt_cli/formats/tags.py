@@ -8,6 +8,7 @@ tells groups of cells apart goes by `GROUPS`.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
+from dataclasses import replace
 from urllib.parse import quote
 
 import numpy as np
@@ -16,8 +17,18 @@ from ..cells import SIMPLICES, dimension_of
 from ..mesh.adjacency import distinct
 from ..mesh.model import Array, Block, Mesh, main_blocks
 from ..mesh.plane import with_depth
-from ..mesh.tags import DIM_TAGS, GEOMETRICAL, PHYSICAL, REF, REQUIRED, tags_of
-from . import entities, gmsh, medit, medit_lists, vtk
+from ..mesh.tags import (
+    DIM_TAGS,
+    GEOMETRICAL,
+    PARAMETRIC,
+    PARTITION,
+    PHYSICAL,
+    REF,
+    REQUIRED,
+    tags_of,
+)
+from . import medit, medit_lists, vtk
+from .gmsh import model, types, views
 from .sniff import Encoding
 
 # The group of a cell, where a format has one: the first of these arrays that is there, and
@@ -26,6 +37,9 @@ GROUPS = {
     "gmsh": (PHYSICAL, REF),
     "medit": (REF, PHYSICAL, GEOMETRICAL),
 }
+
+# What only Gmsh has of its nodes.
+OF_NODES = (DIM_TAGS, PARAMETRIC)
 
 _PRINTABLE = "".join(map(chr, range(33, 127))).translate({ord('"'): None, ord("%"): None})
 
@@ -36,9 +50,9 @@ def for_gmsh(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
     The arrays and lists of vertices and cells that Medit has become views.
     """
     new = encoding.format == "gmsh"
-    dropped = [] if new else _model(mesh)
+    dropped = [] if new else _of_nodes(mesh)
     label = _label(mesh)
-    held = _held(mesh.blocks, gmsh.cell_types(), dropped)
+    held = _held(mesh.blocks, types.cell_types(), dropped)
     tags_of_blocks: list[dict[str, Array]] = []
     for block in held:
         tags: dict[str, Array | None]
@@ -59,18 +73,29 @@ def for_gmsh(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
     blocks = []
     for block, found in zip(held, tags_of_blocks, strict=True):
         data = _views(block.data, (PHYSICAL, GEOMETRICAL, REF)[: 2 + same], dropped) | found
+        _whole_partition(data, dropped)
         blocks.append(Block(block.type, block.cells, data, block.entities if new else None))
     _number_entities(blocks)
     if new:
-        blocks, renumbered = entities.by_entity(blocks)
+        blocks, renumbered = model.by_entity(blocks)
         dropped += ["the tags of entities in several groups"] * renumbered
     idle = [name for name in (REF,) if not np.any(mesh.point_data.get(name, 0))]
-    point_data = _views(mesh.point_data, (DIM_TAGS, *idle), dropped)
+    point_data = _views(mesh.point_data, (*OF_NODES, *idle), dropped)
     if new and DIM_TAGS in mesh.point_data:
-        point_data[DIM_TAGS] = mesh.point_data[DIM_TAGS]
-    names = {name.replace('"', "'"): group for name, group in mesh.names.items()}
-    more = mesh.more_groups if new else {}
-    return Mesh(_in_space(mesh.points), blocks, point_data, names, more), dropped
+        point_data |= {n: mesh.point_data[n] for n in OF_NODES if n in mesh.point_data}
+    names = {group: name.replace('"', "'") for group, name in mesh.names.items()}
+    fitted = Mesh(_in_space(mesh.points), blocks, point_data, names, mesh.more_groups)
+    return replace(fitted, periodic=mesh.periodic, views=mesh.views), dropped
+
+
+def _whole_partition(data: dict[str, Array], dropped: list[str]) -> None:
+    """Make the partitions of cells integers, or drop them where they are none."""
+    if PARTITION in data:
+        whole = _tags(np.nan_to_num(data.pop(PARTITION)))
+        if whole is None:
+            dropped.append(PARTITION)
+        else:
+            data[PARTITION] = whole
 
 
 def _number_entities(blocks: list[Block]) -> None:
@@ -93,7 +118,7 @@ def for_medit(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
     The entity stands for the group where no cell of that dimension is in a group. A cell that
     is a vertex becomes the reference of the vertex, which is then required.
     """
-    dropped = _names(mesh) + _model(mesh)
+    dropped = _names(mesh) + _model(mesh) + _of_nodes(mesh)
     point_data = {n: values for n, values in mesh.point_data.items() if n in medit_lists.ARRAYS}
     refs = _tags(mesh.point_data.get(REF))
     known = medit.CODES
@@ -121,7 +146,7 @@ def for_medit(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
                 flags = np.array(point_data.get(REQUIRED, np.zeros(len(mesh.points))), np.uint8)
                 flags[block.cells[:, 0]] = 1
                 point_data[REQUIRED] = flags
-    dropped += [n for n in mesh.point_data if n not in (REF, DIM_TAGS, *point_data)]
+    dropped += [n for n in mesh.point_data if n not in (REF, *OF_NODES, *point_data)]
     return Mesh(
         mesh.points, blocks, point_data if refs is None else {REF: refs, **point_data}
     ), dropped
@@ -141,7 +166,7 @@ def for_vtk(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
             new[name] = kept
         return new
 
-    dropped = _names(mesh) + _model(mesh)
+    dropped = _names(mesh) + _model(mesh) + _of_nodes(mesh)
     held = [b for b in _held(mesh.blocks, vtk.CELL_TYPES, dropped) if len(b.cells)]
     blocks = [Block(block.type, block.cells) for block in held]
     for name, kept in spelled(dict.fromkeys(name for b in held for name in b.data)).items():
@@ -154,7 +179,7 @@ def for_vtk(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
         for block, old in zip(blocks, held, strict=True):
             array = old.data.get(name, np.repeat(missing, len(block.cells), axis=0))
             block.data[kept] = array.astype(kind)
-    names = spelled(name for name in mesh.point_data if name != DIM_TAGS)
+    names = spelled(name for name in mesh.point_data if name not in OF_NODES)
     point_data = {kept: mesh.point_data[name] for name, kept in names.items()}
     return Mesh(_in_space(mesh.points), blocks, point_data), dropped
 
@@ -174,15 +199,24 @@ def _label(mesh: Mesh) -> str:
 
 def _names(mesh: Mesh) -> list[str]:
     """The physical names, which only Gmsh can hold, with the tags that stay."""
-    said = ", ".join(f"{name} = {tag}" for name, (tag, _) in mesh.names.items())
+    said = ", ".join(dict.fromkeys(f"{name} = {tag}" for (_, tag), name in mesh.names.items()))
     return [f"the physical names {said}"] * bool(said)
 
 
 def _model(mesh: Mesh) -> list[str]:
+    """What else of a mesh only Gmsh can hold."""
+    several = ["all but the first physical group of an entity"] * bool(mesh.more_groups)
+    pairs = ["which points of periodic sides stand for each other"] * bool(mesh.periodic)
+    timed = [name for name, view in mesh.views.items() if view.time]
+    times = [f"the times of {', '.join(timed)}"] * bool(timed)
+    return several + pairs + times
+
+
+def _of_nodes(mesh: Mesh) -> list[str]:
     """What of a mesh only Gmsh's version 4.1 can hold."""
     here = DIM_TAGS in mesh.point_data or any(b.entities is not None for b in mesh.blocks)
-    several = ["all but the first physical group of an entity"] * bool(mesh.more_groups)
-    return ["the entities of nodes and their bounds"] * here + several
+    parameters = ["the parameters of nodes"] * (PARAMETRIC in mesh.point_data)
+    return ["the entities of nodes and their bounds"] * here + parameters
 
 
 def _held(blocks: list[Block], known: Collection[str], dropped: list[str]) -> list[Block]:
@@ -213,6 +247,6 @@ def _tags(values: Array | None) -> Array | None:
 def _views(data: dict[str, Array], but: tuple[str, ...], dropped: list[str]) -> dict[str, Array]:
     """Keep the arrays that Gmsh can hold as views."""
     others = {name: values for name, values in data.items() if name not in but}
-    fit = [n for n, values in others.items() if int(np.prod(values.shape[1:])) in gmsh.VIEW_WIDTHS]
+    fit = [n for n, values in others.items() if int(np.prod(values.shape[1:])) in views.VIEW_WIDTHS]
     dropped += [name for name in others if name not in fit]
     return {name: others[name] for name in fit}

@@ -17,6 +17,7 @@ from ..handles import OUTER
 from . import adjacency
 from .model import Array, Block, Mesh, declared, main_blocks, main_type
 from .orientation import turned
+from .periodic import renumbered
 from .plane import Frame, plane_of, precision_of, with_depth
 from .sizes import contents
 from .tags import CORNER, GEOMETRICAL, REQUIRED, flagged, regions_of, tags_of
@@ -210,7 +211,7 @@ def with_simplices(mesh: Mesh, worked: Simplices, origin: Array, before: Simplic
             cells = new_number[block.cells]
             kept = np.all(cells >= 0, axis=1)
             data = {n: a[kept] for n, a in block.data.items()}
-            blocks.append(replace(block, cells=cells[kept], data=data))
+            blocks.append(replace(block, cells=cells[kept], data=data, numbers=None))
             continue
         rows = np.flatnonzero(place == main)
         rows = rows[np.argsort(worked.region[rows], kind="stable")]
@@ -220,9 +221,12 @@ def with_simplices(mesh: Mesh, worked: Simplices, origin: Array, before: Simplic
             # A region that goes over several entities of Gmsh has the bounds of none.
             bounded = mesh.regions is None or GEOMETRICAL in mesh.regions
             entities = block.entities if bounded else None
-            blocks.append(replace(block, cells=worked.cells[rows], data=data, entities=entities))
+            cells = worked.cells[rows]
+            blocks.append(Block(cell_type, cells, data, entities))
         main += 1
-    return replace(mesh, points=points, blocks=blocks, point_data={})
+    periodic = renumbered(mesh.periodic, new_number)
+    changed = replace(mesh, points=points, blocks=blocks, point_data={})
+    return replace(changed, periodic=periodic, numbers=None)
 
 
 def _homes(blocks: list[Block], region: Array) -> tuple[Array, Array]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..cells import FAMILIES, SIMPLICES, dimension_of, family_of
 from ..errors import BadMeshError, UnsupportedMeshError
+from .periodic import Link
 
 Array = np.ndarray
 
@@ -38,6 +39,23 @@ class Block:
     numbers: Array | None = None
 
 
+@dataclass(frozen=True)
+class View:
+    """What an array is where a file holds several steps of one quantity.
+
+    Attributes
+    ----------
+    name : str
+        Of the quantity.
+    time : float
+    step : int
+    """
+
+    name: str
+    time: float = 0.0
+    step: int = 0
+
+
 @dataclass
 class Mesh:
     """All that a mesh file holds.
@@ -47,10 +65,16 @@ class Mesh:
     points : (np, 2) or (np, 3) float32 or float64
     blocks : list of Block
     point_data : dict of str to (np, ...) array
-    names : dict of str to (tag, dimension)
-        Physical groups by name.
+    names : dict of (dimension, tag) to str
+        Names of physical groups.
     more_groups : dict of (dimension, tag) to tuple of int
         The physical groups that an entity of Gmsh is in besides that of its cells.
+    periodic : list of Link
+        Points that stand for each other.
+    views : dict of str to View
+        What arrays are that are called otherwise than their quantity, or have a time or a step.
+    numbers : (np,) int64, optional
+        Which point of the file each one is, counted from 0; None where they follow each other.
     regions : tuple of str, optional
         Arrays that make regions, instead of all that `tags.is_tag` takes for tags.
     """
@@ -58,8 +82,11 @@ class Mesh:
     points: Array
     blocks: list[Block]
     point_data: dict[str, Array] = field(default_factory=dict)
-    names: dict[str, tuple[int, int]] = field(default_factory=dict)
+    names: dict[tuple[int, int], str] = field(default_factory=dict)
     more_groups: dict[tuple[int, int], tuple[int, ...]] = field(default_factory=dict)
+    periodic: list[Link] = field(default_factory=list)
+    views: dict[str, View] = field(default_factory=dict)
+    numbers: Array | None = None
     regions: tuple[str, ...] | None = None
 
     def dimension(self) -> int:

@@ -15,8 +15,14 @@ from .model import Array, Block, Mesh, top_blocks
 PHYSICAL, GEOMETRICAL, REF = TAG_NAMES = ("gmsh:physical", "gmsh:geometrical", "medit:ref")
 # Dimension and tag of the entity that Gmsh has a node on.
 DIM_TAGS = "gmsh:dim_tags"
+# Where a node lies on its curve or surface in Gmsh.
+PARAMETRIC = "gmsh:parametric"
+# The part of the mesh, as made for parallel computing, that Gmsh has a cell in: no region.
+PARTITION = "gmsh:partition"
 # Medit's flags of vertices and of cells: what is required must stay.
 CORNER, REQUIRED, RIDGE = FLAGS = ("medit:corner", "medit:required", "medit:ridge")
+# Whole numbers of cells that tell no regions apart, unless they are asked to.
+_NO_REGIONS = (*FLAGS, PARTITION)
 # Vectors at some of the vertices.
 NORMAL, TANGENT = "medit:normal", "medit:tangent"
 # Any other array of whole numbers does so when it has few values.
@@ -63,7 +69,7 @@ def is_called_number(name: str) -> bool:
 
 def is_tag(name: str, arrays: list[Array]) -> bool:
     """Whether an array, given block by block, tells regions of the cells apart."""
-    if name in FLAGS or not all(is_whole(a) for a in arrays):
+    if name in _NO_REGIONS or not all(is_whole(a) for a in arrays):
         return False
     return name in TAG_NAMES or (
         _n_values(arrays) <= MAX_LABELS and not is_number(name, np.concatenate(arrays))
@@ -132,7 +138,7 @@ def doubtful_tags(mesh: Mesh) -> dict[str, int]:
         return {}
     found = {}
     for name, arrays in _on_all(top_blocks(mesh)).items():
-        if name not in FLAGS and name not in TAG_NAMES and all(is_whole(a) for a in arrays):
+        if name not in (*_NO_REGIONS, *TAG_NAMES) and all(is_whole(a) for a in arrays):
             n_values = _n_values(arrays)
             if MAX_LABELS < n_values <= sum(map(len, arrays)) / 4:
                 found[name] = n_values

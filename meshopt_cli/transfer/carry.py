@@ -23,6 +23,7 @@ from ..mesh.tags import (
     FLAGS,
     GEOMETRICAL,
     NORMAL,
+    PARAMETRIC,
     REF,
     REQUIRED,
     TAG_NAMES,
@@ -36,6 +37,7 @@ from .places import cells_at
 
 # What goes with the vertex, not with the place, and what a new vertex gets.
 VERTEX_TAGS = {REF: 0, DIM_TAGS: 0, CORNER: 0, REQUIRED: 0, NORMAL: np.nan, TANGENT: np.nan}
+VERTEX_TAGS[PARAMETRIC] = np.nan
 
 
 def carry(
@@ -120,9 +122,13 @@ def _carry_point_data(
     for name in names:
         if name in VERTEX_TAGS:
             carried[name][origin < 0] = VERTEX_TAGS[name]
-    if not set(names) - set(VERTEX_TAGS):
+    if not set(names) - (set(VERTEX_TAGS) - {PARAMETRIC}):
         return carried, dropped
     moved = _is_moved(mesh, result, origin)
+    if PARAMETRIC in carried:  # true of the place that a vertex was in
+        carried[PARAMETRIC][moved] = np.nan
+    if not set(names) - set(VERTEX_TAGS):
+        return carried, dropped
     region = np.zeros(len(moved), np.int64)
     region[after.cells.ravel()] = np.repeat(after.region, after.cells.shape[1])
     used = np.zeros(len(moved), bool)

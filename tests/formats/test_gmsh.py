@@ -7,6 +7,7 @@ from meshopt_cli.formats import FORMATS, Encoding, read, write
 from support.encodings import (
     DIM_TAGS,
     GEOMETRICAL,
+    PARTITION,
     PHYSICAL,
     assert_same,
     assert_unreadable,
@@ -61,7 +62,7 @@ def test_gmsh_groups_on_part_of_the_entities(tmp_path):
     mesh, _ = read(text_mesh(tmp_path, MESH_41))
     assert [block.data[PHYSICAL].tolist() for block in mesh.blocks] == [[0], [0], [7], [0]]
     assert [block.data[GEOMETRICAL].tolist() for block in mesh.blocks] == [[1], [4], [1], [2]]
-    assert mesh.names == {"left one": (7, 3)}
+    assert mesh.names == {(3, 7): "left one"}
     assert [None if b.entities is None else b.entities.tolist() for b in mesh.blocks] == [
         None,
         None,
@@ -103,8 +104,8 @@ def test_gmsh_views_go_by_number(tmp_path):
 def test_gmsh_sections_that_are_dropped_are_named(tmp_path, caplog):
     read(text_mesh(tmp_path, "$Comments\nhello\n$EndComments\n" + MESH_41))
     assert warnings_of(caplog) == []
-    read(text_mesh(tmp_path, MESH_41 + "$Periodic\n0\n$EndPeriodic\n"))
-    assert "Periodic" in warnings_of(caplog)[0]
+    read(text_mesh(tmp_path, MESH_41 + "$Parametrizations\n0 0\n$EndParametrizations\n"))
+    assert "$Parametrizations" in warnings_of(caplog)[0]
 
 
 def test_gmsh_22_elements_without_tags(tmp_path, caplog):
@@ -133,17 +134,19 @@ $EndElements
     assert tetras.cells.tolist() == [[0, 1, 2, 3], [3, 2, 1, -1]]
     assert triangles.data[PHYSICAL].tolist() == [0, 6]
     assert tetras.data[GEOMETRICAL].tolist() == [9, 0]
-    assert "partitions" in warnings_of(caplog)[0]
+    assert tetras.data[PARTITION].tolist() == [1, 0]
+    assert warnings_of(caplog) == []
 
 
 def test_gmsh_22_many_elements_in_runs_of_all_lengths(tmp_path):
     random = np.random.default_rng(5)
     elements, expected = [], []
     for n in [1, 63, 64, 65, 255, 256, 257, 1000, 1, 1, 7]:
-        n_tags, nodes = random.integers(0, 3), random.choice([3, 4])
+        n_tags, nodes = random.integers(1, 3), random.choice([3, 4])
         for _ in range(n):
             cell = random.integers(1, 6, nodes)
             tags = random.integers(1, 6, n_tags)
+            tags[:1] = 5  # in another group, it would be the same cell
             line = [len(elements) + 1, {3: 2, 4: 4}[nodes], n_tags, *tags, *cell]
             elements.append(" ".join(map(str, line)))
             expected.append((cell - 1).tolist())
@@ -157,13 +160,14 @@ def test_gmsh_22_many_elements_in_runs_of_all_lengths(tmp_path):
 @pytest.mark.parametrize(
     ("start", "words"),
     [
-        ("$NOD\n1\n1 0 0 0\n$ENDNOD\n", ("Gmsh format 1", "save it as 4.1 or 2.2")),
-        ("$MeshFormat\n4 0 8\n$EndMeshFormat\n", ("Gmsh format 4.0", "save it as 4.1")),
-        ("$MeshFormat\n4.0 0 8\n$EndMeshFormat\n", ("Gmsh format 4.0",)),
-        ("$MeshFormat\n4.1 1 8\n\0\0\0\1\n$EndMeshFormat\n", ("big-endian",)),
+        ("$NOD\n1\n1 0 0 0\n$ENDNOD\n", ("$Elements",)),
+        ("$MeshFormat\n5 0 8\n$EndMeshFormat\n", ("Gmsh format 5", "gmsh -save -format msh41")),
+        ("$MeshFormat\nfour 0 8\n$EndMeshFormat\n", ("Gmsh format four",)),
+        ("$MeshFormat\n4.1 1 8\n\0\0\1\1\n$EndMeshFormat\n", ("order of bytes",)),
+        ("$MeshFormat\n4.1 1 2\n\1\0\0\0\n$EndMeshFormat\n", ("2 bytes",)),
         ("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n", ("$Nodes",)),
         (MESH_41.replace("3 2 4 1\n", "3 2 999 1\n"), ("type 999",)),
-        (MESH_41.replace("4 4 1 4", "4 5 1 5"), ("announced",)),
+        (MESH_41.replace("4 4 1 4", "4 5 1 5"), ("announces 5 elements", "4 are found")),
         (MESH_41.replace("$EndNodes", ""), ("$Nodes has no end",)),
     ],
 )
@@ -180,6 +184,6 @@ def test_gmsh_entities_in_several_groups(tmp_path, caplog):
         write(tmp_path / "again.msh", mesh, encoding)
         assert read(tmp_path / "again.msh")[0].more_groups == mesh.more_groups
     assert warnings_of(caplog) == []
-    for name in ("gmsh22", "vtk", "vtu", "medit", "meditb"):
+    for name in ("vtk", "vtu", "medit", "meditb"):
         lost = write(tmp_path / "out", mesh, FORMATS[name].default).lost
         assert "all but the first physical group of an entity" in lost

@@ -11,7 +11,7 @@ from meshopt_cli.formats import FORMATS, Encoding, read
 from meshopt_cli.mesh.model import Block, Mesh
 
 PHYSICAL, GEOMETRICAL, REF = "gmsh:physical", "gmsh:geometrical", "medit:ref"
-DIM_TAGS = "gmsh:dim_tags"
+DIM_TAGS, PARTITION = "gmsh:dim_tags", "gmsh:partition"
 
 # every format, as text and as binary
 ENCODINGS = [
@@ -93,7 +93,7 @@ def tagged(mesh, encoding):
                 data["stress"] = np.linspace(1, 1 / 3, 9 * n).reshape(n, 9)
             entities = ints(-(9 + i)) if encoding.format == "gmsh" and i else None
             blocks.append(Block(block.type, block.cells, data, entities))
-            names = {"a name, with: blanks": (3, 3), "wall": (2, 2)}
+            names = {(3, 3): "a name, with: blanks", (2, 2): "wall"}
             point_data = {"T": np.linspace(0, 1 / 7, len(mesh.points))}
         elif row.family == "medit":
             blocks.append(Block(block.type, block.cells, {REF: np.full(n, 3 * i - 2)}))

@@ -9,7 +9,7 @@ import numpy as np
 from ...cells import SIMPLICES
 from ...errors import ConfigError
 from ...mesh.model import Array
-from ...mesh.tags import TAG_NAMES, regions_in
+from ...mesh.tags import PHYSICAL, TAG_NAMES, regions_in
 from ...quality.gates import Limit
 from ..examination import Examination
 from ..model import ERROR, WARNING, Places, at_cells, rule
@@ -121,20 +121,20 @@ def _cells_in(study: Examination, region: str) -> Array:
         The mesh has no such region.
     """
     inside = np.zeros(study.n_cells, dtype=bool)
-    named = study.mesh.names.get(region)
-    arrays: tuple[str, ...] = study.mesh.regions or (*TAG_NAMES, *regions_in(study.mesh).arrays)
-    if named is not None:
-        wanted, arrays = int(named[0]), ("gmsh:physical",)
-    elif region.lstrip("-").isdigit():
-        wanted = int(region)
-    else:
-        known = ", ".join(study.mesh.names) or "none has a name"
+    names = {tag: name for (d, tag), name in study.mesh.names.items() if d == study.dimension}
+    wanted = [tag for tag, name in names.items() if name == region]
+    arrays: tuple[str, ...] = (PHYSICAL,)
+    if not wanted and region.lstrip("-").isdigit():
+        wanted = [int(region)]
+        arrays = study.mesh.regions or (*TAG_NAMES, *regions_in(study.mesh).arrays)
+    if not wanted:
+        known = ", ".join(names.values()) or "none has a name"
         raise ConfigError(f"no region {region!r} to put a gate on: {known}")
     for block, first in zip(study.mesh.blocks, study.offsets, strict=False):
         for name in arrays:
             values = block.data.get(name)
             if values is not None and values.ndim == 1:
-                inside[first : first + len(block.cells)] |= values == wanted
+                inside[first : first + len(block.cells)] |= np.isin(values, wanted)
                 break
     if not inside.any():
         raise ConfigError(f"no cell is in the region {region!r} that a gate is put on")

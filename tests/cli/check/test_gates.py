@@ -67,11 +67,14 @@ def test_a_gate_on_a_region(check, tmp_path):
 
 def test_a_gate_on_a_region_by_name(check, tmp_path):
     of = tagged(tet_grid(2), [1] * 24 + [7] * 24, "gmsh:physical")
-    of.names = {"steel": (7, 3)}
+    of.names = {(3, 7): "steel", (2, 1): "steel", (2, 7): "wall"}
     of.blocks[0].data["gmsh:geometrical"] = of.blocks[0].data["gmsh:physical"]
     path = write(tmp_path / "named.msh", of)
     out = check(path, "--gate", "edge-min>=9 @ steel", "--format", "json")[1]
     assert json.loads(out)["files"][0]["counts"]["M404"] == 24
+    status, _, err = check(path, "--gate", "edge-min>=9 @ wall")  # of another dimension
+    assert status == 2
+    assert "steel" in err
 
 
 @pytest.mark.parametrize(

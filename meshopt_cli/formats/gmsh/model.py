@@ -14,11 +14,10 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..cells import dimension_of
-from ..mesh.model import Array, Block
-from ..mesh.tags import DIM_TAGS, GEOMETRICAL, PHYSICAL
-
-__all__ = ["DIM_TAGS", "GEOMETRICAL", "PHYSICAL", "by_entity", "classify", "write"]
+from ...cells import dimension_of
+from ...mesh.model import Array, Block, Mesh
+from ...mesh.tags import GEOMETRICAL, PHYSICAL
+from .sink import Sink
 
 
 def by_entity(blocks: list[Block]) -> tuple[list[Block], bool]:
@@ -76,23 +75,17 @@ def classify(n: int, blocks: list[Block]) -> Array:
     return dim_tags
 
 
-def write(
-    f: BinaryIO,
-    points: Array,
-    blocks: list[Block],
-    dim_tags: Array,
-    more_groups: dict[tuple[int, int], tuple[int, ...]],
-    binary: bool,
-) -> None:
-    """Write every entity that has nodes or cells, or bounds one that has.
+def write(f: BinaryIO, sink: Sink, mesh: Mesh, dim_tags: Array) -> None:
+    """Write every entity that has nodes or cells, bounds one that has, or is linked to another.
 
     The blocks are as `by_entity` makes them; the points have three coordinates, and dimension
-    and tag of their entity in the (np, 2) dim_tags. `Mesh` says what more_groups are.
+    and tag of their entity in the (np, 2) dim_tags.
     """
+    points = mesh.points
     nodes = {key: [own] for key, own in _alike(dim_tags)}
     groups: dict[tuple[int, int], list[int]] = {}
     bounds: dict[tuple[int, int], Array] = {}
-    for block in blocks:
+    for block in mesh.blocks:
         dimension, _ = key = _key(block)
         nodes.setdefault(key, []).append(_used(block, len(points)))
         groups[key] = [int(group) for group in block.data[PHYSICAL][:1] if group]
@@ -100,20 +93,23 @@ def write(
             bounds[key] = block.entities
             for tag in np.abs(block.entities).tolist():
                 nodes.setdefault((dimension - 1, tag), [])
+    for link in mesh.periodic:  # Gmsh cannot read on after one that it does not know
+        for tag, side in zip((link.tag, link.master), link.pairs.T, strict=True):
+            nodes.setdefault((link.dimension, tag), []).append(side)
 
     f.write(b"$Entities\n")
-    _put(f, binary, ("u8", np.bincount([dimension for dimension, _ in nodes], minlength=4)))
+    sink.put(("u8", np.bincount([dimension for dimension, _ in nodes], minlength=4)))
     for key in sorted(nodes):
         dimension, tag = key
         x = points[np.concatenate([np.empty(0, np.int64), *nodes[key]])]
         x = x if len(x) else np.zeros((1, 3))
         box = np.concatenate([np.fmin.reduce(x), np.fmax.reduce(x)])[: 6 if dimension else 3]
-        group = [*groups.get(key, []), *more_groups.get(key, ())]
+        group = [*groups.get(key, []), *mesh.more_groups.get(key, ())]
         bound = bounds.get(key, np.empty(0, int))
         ends: list[tuple[str, ArrayLike]]
         ends = [("u8", len(bound)), ("i4", bound)] if dimension else []
-        _put(f, binary, ("i4", tag), ("f8", box), ("u8", len(group)), ("i4", group), *ends)
-    f.write(b"\n" * binary + b"$EndEntities\n")
+        sink.put(("i4", tag), ("f8", box), ("u8", len(group)), ("i4", group), *ends)
+    sink.end("Entities")
 
 
 def _key(block: Block) -> tuple[int, int]:
@@ -137,12 +133,3 @@ def _alike(keys: Array) -> Iterator[tuple[tuple[int, int], Array]]:
     cuts = np.flatnonzero((ordered[1:] != ordered[:-1]).any(axis=1)) + 1
     for here in np.split(order, cuts) if len(keys) else ():
         yield (int(keys[here[0], 0]), int(keys[here[0], 1])), here
-
-
-def _put(f: BinaryIO, binary: bool, *parts: tuple[str, ArrayLike]) -> None:
-    """Write a few numbers, ("i4" | "u8" | "f8", values) by kind, on one line of text."""
-    if binary:
-        f.write(b"".join(np.asarray(values, "<" + kind).tobytes() for kind, values in parts))
-    else:
-        flat = [str(value) for _, values in parts for value in np.ravel(values).tolist()]
-        f.write((" ".join(flat) + "\n").encode())

@@ -1,6 +1,6 @@
-"""The order of nodes in Gmsh's cells of second order, as far as meshio leaves it as it is.
+"""The order of nodes in Gmsh's cells of second order.
 
-meshio changes that of tetrahedra and hexahedra, and of wedges and pyramids without nodes on their
+meshio knows that of tetrahedra and hexahedra, and of wedges and pyramids without nodes on their
 quads. Those with them have the same order, then the nodes of the quads.
 """
 
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..mesh.model import Array
+from ...mesh.model import Array
 
 # For each node of a cell, in VTK's order, where Gmsh has it.
 _PLACES = {
@@ -18,12 +18,18 @@ _PLACES = {
 
 
 def from_gmsh(cell_type: str, cells: Array) -> Array:
-    """Cells with their nodes as VTK has them, where meshio takes them as Gmsh does."""
+    """Cells with their nodes as VTK has them."""
+    from meshio.gmsh.common import _gmsh_to_meshio_order
+
     places = _PLACES.get(cell_type)
-    return cells if places is None else cells[:, places]
+    return _gmsh_to_meshio_order(cell_type, cells) if places is None else cells[:, places]
 
 
 def to_gmsh(cell_type: str, cells: Array) -> Array:
     """The other way round."""
+    from meshio.gmsh.common import _meshio_to_gmsh_order
+
     places = _PLACES.get(cell_type)
-    return cells if places is None else cells[:, np.argsort(places)]
+    if places is None:
+        return _meshio_to_gmsh_order(cell_type, cells)
+    return cells[:, np.argsort(places)]
