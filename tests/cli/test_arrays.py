@@ -12,7 +12,7 @@ from support.meshes import in_space, tet_grid, tri_grid
 def test_arrays_go_along_unless_told_otherwise(meshopt, tmp_path):
     one = shaken(tet_grid(3))
     n = len(one.blocks[0].cells)
-    one.blocks[0].data = {"stress": np.linspace(0, 1, n), "part": np.arange(n) % 2}
+    one.blocks[0].data = {"stress": np.linspace(0, 1, n), "part": np.arange(n) // (n // 2)}
     one.point_data = {"T": np.linspace(0, 1, len(one.points))}
     path, output = write(tmp_path / "in.vtu", one), tmp_path / "out.vtu"
     for options, names in (((), {"stress", "part"}), (("--no-data",), {"part"})):
