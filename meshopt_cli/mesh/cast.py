@@ -156,19 +156,20 @@ def cast(mesh: Mesh) -> Simplices:
     single = mesh.points.dtype == np.float32
     region = regions_of(blocks, mesh.regions)
     part = Simplices(points, cells, region, fixed, facets, edges, frame, single, is_turned)
-    return _with_lower(mesh, part)
+    return _with_what_stays(mesh, part)
 
 
-def _with_lower(mesh: Mesh, part: Simplices) -> Simplices:
-    """What is worked on, in which the cells of lower dimension find all their vertices again.
+def _with_what_stays(mesh: Mesh, part: Simplices) -> Simplices:
+    """What is worked on, in which all else of the mesh finds its vertices again.
 
     Facets that bound no cell have fixed vertices, and so have cells of other types, which come
-    back as they were.
+    back as they were. Periodic sides stay, so that they go on to match.
     """
     if len(part.facets):
         bound = adjacency.places_in(part.skin, part.facets, len(part.points)) >= 0
         part.fixed[part.facets[~bound]] = True
     others = [b.cells.ravel() for b in mesh.blocks if b.type not in SIMPLICES]
+    others += [link.pairs.ravel() for link in mesh.periodic]
     return part.holding(np.concatenate(others)) if others else part
 
 
