@@ -64,11 +64,11 @@ class Format:
         return extension[1:].upper() if extension in self.others else self.title
 
 
-def _gmsh(new: Encoding) -> Format:
-    others = "4.0 is" if new.version == "4.1" else "1, 2.0, 2.1 and 3 are"
-    about = f"Gmsh, version {new.version}, text or binary; {others} read"
+def _gmsh(new: Encoding, written: tuple[str, ...], read: str, others: tuple[str, ...]) -> Format:
+    about = f"Gmsh, version {new.version}, text or binary; {read} read"
     functions = read_gmsh, tags.for_gmsh, write_gmsh
-    return Format("gmsh", "Gmsh", (".msh",), new, about, 1, "element", "node", *functions)
+    ends = (".msh", *written)
+    return Format("gmsh", "Gmsh", ends, new, about, 1, "element", "node", *functions, others)
 
 
 def _vtk(
@@ -86,8 +86,13 @@ def _medit(extension: str, new: Encoding) -> Format:
 
 
 _ROWS = (
-    _gmsh(Encoding("gmsh", "4.1", binary=False)),
-    _gmsh(Encoding("gmsh22", "2.2", binary=False)),
+    _gmsh(Encoding("gmsh", "4.1", False), (".msh4",), "4.0 is", (".msh40", ".msh41")),
+    _gmsh(
+        Encoding("gmsh22", "2.2", False),
+        (".msh2",),
+        "1, 2.0, 2.1 and 3 are",
+        (".msh1", ".msh22", ".msh3"),
+    ),
     _vtk(
         "VTK",
         Encoding("vtk", "4.2", binary=True),

@@ -34,7 +34,9 @@ def test_encoding_keeps_what_the_family_of_the_source_had():
 def test_unknown_formats_are_refused_with_the_choices():
     with pytest.raises(ConfigError, match=r"gmsh, gmsh22, vtk, vtu, medit, meditb"):
         encoding_for(Path("x.msh"), None, "stl")
-    with pytest.raises(WriteError, match=r"x\.stl: .*\.msh, \.vtk, \.vtu, \.mesh, \.meshb"):
+    with pytest.raises(
+        WriteError, match=r"x\.stl: .*\.msh, \.msh4, \.msh2, \.vtk, \.vtu, \.mesh, \.meshb"
+    ):
         encoding_for(Path("x.stl"))
     with pytest.raises(WriteError, match=r"\.msh"):
         encoding_for(Path("x"))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from meshopt_cli.formats import FORMATS, Encoding, read, write
+from meshopt_cli.formats import FORMATS, Encoding, encoding_for, read, write
 from support.encodings import (
     DIM_TAGS,
     GEOMETRICAL,
@@ -11,6 +11,7 @@ from support.encodings import (
     PHYSICAL,
     assert_same,
     assert_unreadable,
+    tets,
     text_mesh,
     warnings_of,
 )
@@ -187,3 +188,38 @@ def test_gmsh_entities_in_several_groups(tmp_path, caplog):
     for name in ("vtk", "vtu", "medit", "meditb"):
         lost = write(tmp_path / "out", mesh, FORMATS[name].default).lost
         assert "all but the first physical group of an entity" in lost
+
+
+def test_gmsh_sections_end_where_the_next_one_starts(tmp_path):
+    """As in a file of Gmsh's own tutorial, where the end of a view is misspelt."""
+    mesh = tets()
+    for name in ("one", "two"):
+        for block in mesh.blocks:
+            block.data[name] = np.full(len(block.cells), float(len(name) + (name == "two")))
+    path = tmp_path / "mesh.msh"
+    write(path, mesh, FORMATS["gmsh"].default)
+    text = path.read_text()
+    path.write_text(text.replace("$EndElementData", "$EndElememtData", 1))
+    again, source = read(path)
+    assert {name for block in again.blocks for name in block.data} >= {"one", "two"}
+    assert source.lost == ()
+
+
+@pytest.mark.parametrize("section", ["Nodes", "Elements", "Entities"])
+def test_gmsh_sections_that_are_empty(tmp_path, section):
+    path = tmp_path / "mesh.msh"
+    write(path, tets(), FORMATS["gmsh"].default)
+    text = path.read_text()
+    start, end = text.index(f"${section}\n"), text.index(f"$End{section}")
+    path.write_text(text[:start] + f"${section}\n" + text[end:])
+    assert_unreadable(path, f"${section} is empty")
+
+
+@pytest.mark.parametrize(("extension", "version"), [(".msh2", "2.2"), (".msh4", "4.1")])
+def test_gmsh_extensions_that_say_the_version(tmp_path, extension, version):
+    path = tmp_path / f"mesh{extension}"
+    written = write(path, tets(), encoding_for(path))
+    assert written.encoding.version == version
+    mesh, source = read(path)
+    assert source.encoding.version == version
+    assert len(mesh.points) == len(tets().points)

@@ -25,7 +25,9 @@ def test_missing_folder_empty_and_unknown(tmp_path):
     (tmp_path / "none.vtk").touch()
     assert_unreadable(tmp_path / "none.vtk", "empty")
     (tmp_path / "mesh.stl").write_text("solid")
-    assert_unreadable(tmp_path / "mesh.stl", "extension", ".msh, .vtk, .vtu, .mesh, .meshb")
+    assert_unreadable(
+        tmp_path / "mesh.stl", "extension", ".msh, .msh4, .msh2, .vtk, .vtu, .mesh, .meshb"
+    )
     (tmp_path / "lfs.mesh").write_text("version https://git-lfs.github.com/spec/v1\noid 1\n")
     assert_unreadable(tmp_path / "lfs.mesh", "git lfs pull")
 

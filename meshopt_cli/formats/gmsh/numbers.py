@@ -48,6 +48,8 @@ class Numbers:
                 self._flat = numbers(content, np.float64 if real else np.int64)
             except UnreadableError as error:
                 raise UnreadableError(f"in the section ${name}, {error}") from None
+            if not len(self._flat):
+                raise TruncatedError(f"the section ${name} is empty")
         else:
             self._flat = np.frombuffer(content, np.uint8)
         wide = header.size if header.version >= 4 else 4

@@ -44,12 +44,14 @@ def sections(data: bytes) -> Iterator[Section]:
     at = 0
     while match := _START.search(data, at):
         name = match[1]
-        word = b"$END" if name.decode() in _LATER_NAMES else b"$End"
-        end = data.find(word + name, match.end())
+        last = (b"$END" if name.decode() in _LATER_NAMES else b"$End") + name
+        end = data.find(last, match.end())
         if end < 0:
             raise UnreadableError(f"truncated: the section ${name.decode()} has no end")
+        if data.find(b"\n$" + name, match.end(), end) >= 0:  # it starts once more: no end so far
+            end, last = data.find(b"\n$", match.end(), end) + 1, b"$"  # which is misspelt
         later = _LATER_NAMES.get(name.decode(), name.decode())
         yield Section(later, data[match.end() : end], match.end())
-        at = end + len(name) + 4
+        at = end + len(last)
     if _CUT.search(data[at:].rstrip()):
         raise UnreadableError("truncated: it ends in the first line of a section")
