@@ -308,4 +308,5 @@ def _owned(mesh: Mesh) -> Mesh:
         replace(b, cells=np.require(b.cells, np.int64, ["C", "W"]), data=own(b.data))
         for b in mesh.blocks
     ]
-    return replace(mesh, points=points, blocks=blocks, point_data=own(mesh.point_data))
+    point_data, fields = own(mesh.point_data), own(mesh.fields)
+    return replace(mesh, points=points, blocks=blocks, point_data=point_data, fields=fields)

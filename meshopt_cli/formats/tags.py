@@ -50,7 +50,7 @@ def for_gmsh(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
     The arrays and lists of vertices and cells that Medit has become views.
     """
     new = encoding.format == "gmsh"
-    dropped = [] if new else _of_nodes(mesh)
+    dropped = _fields(mesh) + ([] if new else _of_nodes(mesh))
     label = _label(mesh)
     held = _held(mesh.blocks, types.cell_types(), dropped)
     tags_of_blocks: list[dict[str, Array]] = []
@@ -118,7 +118,7 @@ def for_medit(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
     The entity stands for the group where no cell of that dimension is in a group. A cell that
     is a vertex becomes the reference of the vertex, which is then required.
     """
-    dropped = _names(mesh) + _model(mesh) + _of_nodes(mesh)
+    dropped = _names(mesh) + _model(mesh) + _of_nodes(mesh) + _fields(mesh)
     point_data = {n: values for n, values in mesh.point_data.items() if n in medit_lists.ARRAYS}
     refs = _tags(mesh.point_data.get(REF))
     known = medit.CODES
@@ -181,7 +181,8 @@ def for_vtk(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
             block.data[kept] = array.astype(kind)
     names = spelled(name for name in mesh.point_data if name not in OF_NODES)
     point_data = {kept: mesh.point_data[name] for name, kept in names.items()}
-    return Mesh(_in_space(mesh.points), blocks, point_data), dropped
+    fields = {kept: mesh.fields[name] for name, kept in spelled(mesh.fields).items()}
+    return Mesh(_in_space(mesh.points), blocks, point_data, fields=fields), dropped
 
 
 def _in_space(points: Array) -> Array:
@@ -195,6 +196,11 @@ def _label(mesh: Mesh) -> str:
         if blocks := main_blocks(mesh, cell_type):
             return next(iter(tags_of(blocks, mesh.regions)), "")
     return ""
+
+
+def _fields(mesh: Mesh) -> list[str]:
+    """The arrays of the mesh as a whole, which only VTK can hold."""
+    return [f"the field {name}" for name in mesh.fields]
 
 
 def _names(mesh: Mesh) -> list[str]:

@@ -71,6 +71,8 @@ class Mesh:
         The physical groups that an entity of Gmsh is in besides that of its cells.
     periodic : list of Link
         Points that stand for each other.
+    fields : dict of str to array
+        Arrays of the mesh as a whole, such as a time, with any number of rows.
     views : dict of str to View
         What arrays are that are called otherwise than their quantity, or have a time or a step.
     numbers : (np,) int64, optional
@@ -85,6 +87,7 @@ class Mesh:
     names: dict[tuple[int, int], str] = field(default_factory=dict)
     more_groups: dict[tuple[int, int], tuple[int, ...]] = field(default_factory=dict)
     periodic: list[Link] = field(default_factory=list)
+    fields: dict[str, Array] = field(default_factory=dict)
     views: dict[str, View] = field(default_factory=dict)
     numbers: Array | None = None
     regions: tuple[str, ...] | None = None

@@ -103,7 +103,7 @@ def _with_tags_only(mesh: Mesh, tags: set[str]) -> Mesh:
         replace(block, data={n: values for n, values in block.data.items() if n in tags})
         for block in mesh.blocks
     ]
-    return replace(mesh, point_data=point_data, blocks=blocks)
+    return replace(mesh, point_data=point_data, blocks=blocks, fields={})
 
 
 def _is_moved(mesh: Mesh, result: Mesh, origin: Array) -> Array:

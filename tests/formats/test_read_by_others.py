@@ -49,6 +49,8 @@ def whole(encoding):
     groups = [np.array([5]), np.array([4]), 1 + np.arange(len(tets)) % 2]
     cells = [np.array([[0, 1]]), tets[:1, :3], tets]
     mesh = Mesh(grid.points, [], {"T": 1 + grid.points[:, 0] / 7})
+    if FORMATS[encoding.format].family in ("vtk", "vtu"):
+        mesh.fields = {"TIME": np.array([0.25]), "box": np.arange(6).reshape(2, 3)}
     for kind, rows, group in zip(DIMENSIONS, cells, groups, strict=True):
         data = {PHYSICAL: group, GEOMETRICAL: group, REF: group}
         if FORMATS[encoding.format].family in ("vtk", "vtu"):

@@ -146,7 +146,7 @@ def test_names_that_would_become_one_stay_two(tmp_path, name):
         ("UNSTRUCTURED_GRID", "\x1b[31mGRID"),
         ("SCALARS id int 1", "SCALARS %1B[31m quaternion 1"),
         ("SCALARS id int 1\nLOOKUP_TABLE default\n4 5", "FIELD f 1\n%1B[31m%0A 1 2 string\na\nb"),
-        ("TIME 1 1", "%1B[31mTIME 1 1"),
+        ("TIME 1 1 double", "%1B[31mTIME 1 1 string"),
     ],
 )
 def test_what_a_terminal_would_obey_is_not_said(tmp_path, caplog, old, new):

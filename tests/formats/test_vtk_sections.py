@@ -80,10 +80,16 @@ def test_what_is_not_kept_is_named(tmp_path, caplog, text, lost):
     assert mesh.blocks[1].data["last"].tolist() == [2]
 
 
-def test_fields_of_the_data_set_are_named(tmp_path):
-    fields = "FIELD FieldData 2\nTIME 1 1 double\n0.5\nwho 1 1 string\nsomeone\n"
-    _, source = read(text_mesh(tmp_path, f"{HEAD}{fields}{POINTS}{CELLS}", "m.vtk"))
-    assert source.lost == ("the field TIME", "the field who")
+def test_fields_of_the_data_set(tmp_path):
+    fields = (
+        "FIELD FieldData 3\nTIME 1 1 double\n0.5\nbox 3 2 int\n0 0 0 1 2 3\nwho 1 1 string\nme\n"
+    )
+    mesh, source = read(text_mesh(tmp_path, f"{HEAD}{fields}{POINTS}{CELLS}", "m.vtk"))
+    assert source.lost == ("the strings who",)
+    assert {name: a.tolist() for name, a in mesh.fields.items()} == {
+        "TIME": [0.5],
+        "box": [[0, 0, 0], [1, 2, 3]],
+    }
 
 
 def test_sections_stand_in_any_order(tmp_path):

@@ -246,6 +246,10 @@ def assert_read_as_by_vtk(mesh, data):
         here = np.arange(n, n + len(block.cells)) if block.numbers is None else block.numbers
         numbers, n = numbers + here.tolist(), n + len(block.cells)
     assert numbers == [number for _, number in wanted]
+    fields = values_of(data.GetFieldData())
+    assert {name: a.tolist() for name, a in mesh.fields.items()} == {
+        name: a.tolist() for name, a in fields.items()
+    }
     of_points, of_cells = values_of(data.GetPointData()), values_of(data.GetCellData())
     assert mesh.point_data.keys() == of_points.keys()
     for name, values in of_points.items():

@@ -43,7 +43,9 @@ def read(path: Path, data: bytes, encoding: Encoding) -> tuple[Mesh, list[str]]:
     if not encoding.binary and not data.endswith((b"\n", b"\r")):
         n = data.count(b"\n") + 1
         dropped.append(f"what follows line {n}, if anything: the file may be cut off in that line")
-    return mesh_of(dataset, dropped), dropped
+    mesh = mesh_of(dataset, dropped)
+    mesh.fields = sections.fields
+    return mesh, dropped
 
 
 class _Sections:
@@ -59,6 +61,7 @@ class _Sections:
         self.cells: dict[str, tuple[Array, Array]] = {}
         self.types: Array | None = None
         self.arrays: dict[str, dict[str, Array]] = {"point_data": {}, "cell_data": {}}
+        self.fields: dict[str, Array] = {}
         self.counts: dict[str, int] = {}
         self.target = ""  # whose arrays follow
         self.ids = ""
@@ -180,17 +183,18 @@ class _Sections:
         in_part = kind.lower() == BIT and width > 1 and self.cursor.binary
         # of bits, VTK writes one a row, whatever the width
         values = self.cursor.array(name, kind, n if in_part else n * width)
-        if not self.target:
-            self.dropped.append(f"the field {name}")
-        elif in_part:
+        if in_part:
             self.dropped.append(f"the bits {name}, of which the file has a part")
         elif values is None:
             self.dropped.append(f"the strings {name}")
-        return values if self.target and not in_part else None
+        return None if in_part else values
 
     def _put(self, name: str, values: Array, width: int) -> None:
         rows = values if width == 1 else values.reshape(-1, max(width, 1))
-        keep(self.arrays[self.target], name, rows, self._n_rows, self.dropped)
+        if self.target:
+            keep(self.arrays[self.target], name, rows, self._n_rows, self.dropped)
+        else:  # of the data set as a whole
+            keep(self.fields, name, rows, len(rows), self.dropped)
 
     def _attribute(self, keyword: str) -> None:
         word, kind = self._words(keyword, 2)[:2]

@@ -88,8 +88,9 @@ def write_vtk(path: Path, mesh: Mesh, encoding: Encoding) -> None:
     with path.open("wb") as stream:
         legacy = _Legacy(stream, encoding.binary, version)
         legacy.mesh(mesh)
-        legacy.fields("CELL_DATA", sum(len(b.cells) for b in mesh.blocks), _cell_data(mesh))
-        legacy.fields("POINT_DATA", len(mesh.points), mesh.point_data)
+        legacy.fields(mesh.fields)  # where Gmsh does not look, which stops at them
+        legacy.data("CELL_DATA", sum(len(b.cells) for b in mesh.blocks), _cell_data(mesh))
+        legacy.data("POINT_DATA", len(mesh.points), mesh.point_data)
 
 
 class _Legacy:
@@ -135,14 +136,20 @@ class _Legacy:
         self.say(f"CELL_TYPES {n}")
         self.numbers(_types(mesh, "i4"))
 
-    def fields(self, keyword: str, n: int, arrays: dict[str, Array]) -> None:
+    def data(self, keyword: str, n: int, arrays: dict[str, Array]) -> None:
         """The arrays of points, or of cells."""
+        if arrays:
+            self.say(f"{keyword} {n}")
+            self.fields(arrays)
+
+    def fields(self, arrays: dict[str, Array]) -> None:
+        """Arrays with their names, types and sizes."""
         if not arrays:
             return
-        self.say(f"{keyword} {n}\nFIELD FieldData {len(arrays)}")
+        self.say(f"FIELD FieldData {len(arrays)}")
         for name, values in arrays.items():
             width = values.shape[1] if values.ndim == 2 else 1
-            self.say(f"{name} {width} {n} {self.names[_code(values)]}")
+            self.say(f"{name} {width} {len(values)} {self.names[_code(values)]}")
             self.numbers(values)
 
 
@@ -161,6 +168,12 @@ def write_vtu(path: Path, mesh: Mesh, encoding: Encoding) -> None:
     with path.open("wb") as stream:
         stream.write(f'<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" {says}>\n'.encode())
         stream.write(b"<UnstructuredGrid>\n")
+        if mesh.fields:
+            stream.write(b"<FieldData>\n")
+            for name, values in mesh.fields.items():
+                rows = f' NumberOfTuples="{len(values)}"'
+                stream.writelines(_data_array(name, values, encoding, rows))
+            stream.write(b"</FieldData>\n")
         stream.write(f'<Piece NumberOfPoints="{len(mesh.points)}" NumberOfCells="{n}">\n'.encode())
         for tag, arrays in sections.items():
             stream.write(f"<{tag}>\n".encode())
@@ -170,12 +183,14 @@ def write_vtu(path: Path, mesh: Mesh, encoding: Encoding) -> None:
         stream.write(b"</Piece>\n</UnstructuredGrid>\n</VTKFile>\n")
 
 
-def _data_array(name: str, values: Array, encoding: Encoding) -> Iterator[bytes]:
+def _data_array(
+    name: str, values: Array, encoding: Encoding, attributes: str = ""
+) -> Iterator[bytes]:
     said = html.escape(name).encode("ascii", "xmlcharrefreplace").decode()
     width = f' NumberOfComponents="{values.shape[1]}"' if values.ndim == 2 else ""
     form = "binary" if encoding.binary else "ascii"
     kind = _XML_NAMES[_code(values)]
-    yield f'<DataArray type="{kind}" Name="{said}"{width} format="{form}">\n'.encode()
+    yield f'<DataArray type="{kind}" Name="{said}"{width}{attributes} format="{form}">\n'.encode()
     if not encoding.binary:
         yield from lines(values) if values.size else ()
     else:

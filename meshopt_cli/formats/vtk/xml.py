@@ -25,6 +25,8 @@ _KINDS = ("UnstructuredGrid", "PolyData", *_GRIDS)
 # The sections of cells in PolyData, in the order of `surface.SURFACE`.
 _SURFACE = ("Verts", "Lines", "Polys", "Strips")
 _PARALLEL = "P"
+# Of a field: a few bytes can say that it has any number of equal ones.
+MOST_ROWS = 1 << 20
 
 
 def read(path: Path, data: bytes, encoding: Encoding) -> tuple[Mesh, list[str]]:
@@ -33,36 +35,39 @@ def read(path: Path, data: bytes, encoding: Encoding) -> tuple[Mesh, list[str]]:
     root, appended = parse(data)
     kind = root.get("type")
     if kind.removeprefix(_PARALLEL) in _KINDS and kind not in _KINDS:
-        pieces = _pieces_beside(path, root, kind, dropped)
+        files = _files_beside(path, root, kind, dropped)
     else:
-        pieces = _File(data, root, appended, dropped).pieces()
-    return mesh_of(join(pieces, dropped), dropped), dropped
+        files = [_File(data, root, appended, dropped)]
+    mesh = mesh_of(join([piece for file in files for piece in file.pieces], dropped), dropped)
+    for file in reversed(files):  # of several values, the first counts
+        mesh.fields |= file.fields
+    return mesh, dropped
 
 
-def _pieces_beside(path: Path, root: Element, kind: str, dropped: list[str]) -> list[Dataset]:
-    """The pieces in the files that a parallel file names."""
+def _files_beside(path: Path, root: Element, kind: str, dropped: list[str]) -> list[_File]:
+    """The files of pieces that a parallel file names."""
     body = root.first(kind)
     sources = [piece.get("Source") for piece in body.all("Piece")] if body else []
     if not all(sources) or not sources:
         raise UnreadableError("it names no files of pieces")
-    pieces = []
+    files = []
     for source in dict.fromkeys(sources):
         try:
             data = (path.parent / source.replace("\\", "/")).read_bytes()
             part, appended = parse(data)
             if part.get("type") != kind.removeprefix(_PARALLEL):
                 raise UnreadableError(f"it has {part.get('type')!r} in it")
-            pieces += _File(data, part, appended, dropped).pieces()
+            files.append(_File(data, part, appended, dropped))
         except OSError as error:
             reason = (error.strerror or str(error)).lower()
             raise UnreadableError(f"its piece {source} cannot be read: {reason}") from None
         except UnreadableError as error:
             raise UnreadableError(f"its piece {source}: {error}") from None
-    return pieces
+    return files
 
 
 class _File:
-    """One file, of which the pieces are read."""
+    """One file: its pieces, and its fields, the arrays of all of it."""
 
     def __init__(
         self, data: bytes, root: Element, appended: bytes | memoryview, dropped: list[str]
@@ -76,22 +81,26 @@ class _File:
             )
         self.decoder = Decoder(data, root, appended)
         self.body = root.first(self.kind) or Element(self.kind, {})
-
-    def pieces(self) -> list[Dataset]:
-        """Read all pieces."""
-        self._name_fields(self.body)
+        self.fields: dict[str, Array] = {}
+        self._read_fields(self.body)
         found = list(self.body.all("Piece"))
         if not found:
             raise UnreadableError(f"there is no Piece of {self.kind} in it")
-        return [self._piece(piece) for piece in found]
+        self.pieces = [self._piece(piece) for piece in found]
 
-    def _name_fields(self, element: Element) -> None:
-        for fields in element.all("FieldData"):
-            for array in fields.all("DataArray", "Array"):
-                self.dropped.append(f"the field {array.get('Name')}")
+    def _read_fields(self, element: Element) -> None:
+        for section in element.all("FieldData"):
+            for array in section.all("DataArray", "Array"):
+                name = array.get("Name", "without a name")
+                n = array.count("NumberOfTuples", "1")
+                values = self.decoder.array(array, n) if n <= MOST_ROWS else None
+                if values is None:
+                    self.dropped.append(f"the field {name}")
+                else:
+                    self.fields.setdefault(name, values)
 
     def _piece(self, piece: Element) -> Dataset:
-        self._name_fields(piece)
+        self._read_fields(piece)
         if self.kind in _GRIDS:
             return self._grid(piece)
         n = piece.count("NumberOfPoints")
