@@ -237,7 +237,9 @@ def _held(blocks: list[Block], known: Collection[str], dropped: list[str]) -> li
     for block in blocks:
         if block.type not in known and len(block.cells):
             if dimension_of(block.type) == top:
-                raise ValueError(f"the format has no cells of type {block.type}")
+                raise ValueError(
+                    f"the format has no cells of type {block.type}: Gmsh's and VTK's have"
+                )
             dropped.append(f"the cells of type {block.type}")
     return [block for block in blocks if block.type in known]
 

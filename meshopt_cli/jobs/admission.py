@@ -10,6 +10,7 @@ from .. import validity
 from ..errors import BadMeshError, UnsupportedMeshError
 from ..mesh.model import Mesh, main_type
 from ..mesh.orientation import with_agreeing_cells, with_positive_cells
+from ..mesh.second_order import by_corners, is_second_order
 
 log = logging.getLogger("meshopt")
 
@@ -22,6 +23,9 @@ ORIENTATION = {"M101", "M103", "M207"}
 # Rules that a tangle breaks: cells with a negative volume, and those that they lie across. Its
 # neighbours agree about their facets, whatever their volume.
 TANGLE = {"M101", "M102", "M205", "M209", "M210"}
+
+# The rule that a flat cell at a curved edge breaks, and a better one there does not.
+CURVED = {"M105"}
 
 TURNED = "cells are listed the other way round, and turned: %d"
 
@@ -62,7 +66,7 @@ def require_simplices(mesh: Mesh) -> None:
         See `mesh.main_type`.
     """
     try:
-        main_type(mesh)
+        main_type(by_corners(mesh) if is_second_order(mesh) else mesh)
     except UnsupportedMeshError:
         report = validity.check(mesh, overlaps=False)
         if report.is_valid:
@@ -71,11 +75,16 @@ def require_simplices(mesh: Mesh) -> None:
 
 
 def _not_valid(report: validity.Report, allowed: tuple[str, ...] = ()) -> str:
-    codes = sorted(group.code for group in report.errors)
+    codes = sorted(errors_in(report))
     hint = ""
     if all(group.rule.can_be_meant for group in report.errors):
         hint = f"; if that is meant: --allow {','.join(sorted({*codes, *allowed}))}"
     return f"the mesh is not valid ({', '.join(codes)}): nothing written{hint}"
+
+
+def errors_in(report: validity.Report) -> set[str]:
+    """Codes of the rules of severity error that are broken."""
+    return {group.code for group in report.errors}
 
 
 def admit(
@@ -86,7 +95,8 @@ def admit(
     Parameters
     ----------
     untangles : bool
-        Whether inverted and flat cells are let through, to be mended.
+        Whether inverted and flat cells are let through, to be mended. Cells of second order with
+        positive corners are in any case.
     allowed : tuple of str
         Codes of the rules that the mesh may break.
 
@@ -105,19 +115,24 @@ def admit(
     report = validity.check(mesh, ignore=allowed, overlaps=False)
     if report.is_valid:
         return mesh, None
-    broken = {group.code for group in report.errors}
+    broken = errors_in(report)
     n_turned = 0
-    if broken <= ORIENTATION | TANGLE:
+    if broken <= ORIENTATION | TANGLE | CURVED:
         for turn in (with_positive_cells, with_agreeing_cells):
             turned, n_turned = turn(mesh)
             again = validity.check(turned, ignore=allowed, overlaps=False) if n_turned else report
             if again.is_valid:
                 log.warning(TURNED, n_turned)
                 return turned, None
-        mesh, broken = turned, {group.code for group in again.errors}
-    if untangles and broken <= TANGLE and broken & {"M101", "M102"}:
+        mesh, broken = turned, errors_in(again)
+    curved = broken & CURVED if is_second_order(mesh) else set()
+    tangled = broken - curved
+    if tangled <= TANGLE and (not tangled or (untangles and tangled & {"M101", "M102"})):
         if n_turned:
             log.warning(TURNED, n_turned)
-        log.warning("the mesh has inverted or flat cells: they are to be untangled")
+        if tangled:
+            log.warning("the mesh has inverted or flat cells: they are to be untangled")
+        if curved:
+            log.warning("cells at curved edges are not valid: better cells are to mend that")
         return mesh, report
     raise InvalidMeshError(_not_valid(report, allowed), mesh, report)

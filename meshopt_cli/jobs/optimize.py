@@ -6,11 +6,14 @@ import logging
 import time
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from .. import validity
 from ..boundary.policy import Boundary, Fixed, Policy
 from ..errors import InvariantError
 from ..mesh.cast import Simplices, cast, with_simplices
 from ..mesh.model import Mesh, main_blocks, main_type
+from ..mesh.second_order import SecondOrder, is_second_order, separated
 from ..mesh.tags import Regions, tags_of
 from ..passes import Observer
 from ..plans.improve import Worked, improve
@@ -20,8 +23,16 @@ from ..plans.stop import TANGLED
 from ..quality.measures import QUALITIES, Measure
 from ..quality.summary import Summary, summarize
 from ..quality.target import forced_angles
-from ..transfer.carry import carry
-from .admission import InvalidMeshError, admit, require_range, require_simplices
+from ..transfer.carry import carry_on_cells, carry_on_points, tags_only
+from .admission import (
+    CURVED,
+    InvalidMeshError,
+    admit,
+    errors_in,
+    require_range,
+    require_simplices,
+)
+from .curved import require_plane, to_be_kept, warn_of_curved
 from .regions import doubt_regions
 
 log = logging.getLogger("meshopt")
@@ -39,8 +50,12 @@ class Prepared:
 
     Attributes
     ----------
-    mesh : Mesh
+    source : Mesh
         As it was read, its tetrahedra turned where they had to be.
+    mesh : Mesh
+        The same, by its corners where it is of second order.
+    second : SecondOrder or None
+        How to put its middle nodes back.
     part : Simplices
         What of it is worked on.
     boundary : Boundary
@@ -54,13 +69,37 @@ class Prepared:
         Codes of the rules that the mesh may break, and the result too.
     """
 
+    source: Mesh
     mesh: Mesh
+    second: SecondOrder | None
     part: Simplices
     boundary: Boundary
     before: Summary
     tangle: validity.Report | None
     regions: Regions
     allowed: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Restored:
+    """A mesh after the work.
+
+    Attributes
+    ----------
+    mesh : Mesh
+        As it is to be written.
+    by_corners : Mesh
+        The same, as `Prepared.mesh` is.
+    origin : (np',) int64
+        The point of the input that each point of `mesh` was, -1 for a new one.
+    lost : tuple of str
+        What did not go along.
+    """
+
+    mesh: Mesh
+    by_corners: Mesh
+    origin: np.ndarray
+    lost: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -114,18 +153,28 @@ def optimize(
     start = time.perf_counter()
     others = tuple(QUALITIES.values()) if with_all_measures else ()
     prepared = prepare(mesh, pipeline, measure, policy, others, allowed)
-    before, boundary = prepared.before, prepared.boundary
-    worked = improve(
-        prepared.part, pipeline, measure.judge, before.target, boundary.patches, observer
-    )
-    result, lost = restore(prepared, worked, with_data)
-    after = prove(prepared, worked, result, measure, others)
+    before, kept = prepared.before, None
+    while True:
+        worked = improve(
+            prepared.part, pipeline, measure.judge, before.target, prepared.boundary.patches,
+            observer,
+        )  # fmt: skip
+        restored = restore(prepared, worked, with_data)
+        if prepared.second is None:
+            break
+        kept = to_be_kept(
+            prepared.second, restored.mesh, restored.origin, kept, prepared.tangle
+        )  # fmt: skip
+        if kept is None:
+            break
+        prepared = _keeping(prepared, policy, kept)
+    after = prove(prepared, worked, restored.by_corners, measure, others)
     if with_all_measures:
         forced = forced_angles(prepared.part)
         before, after = replace(before, forced=forced), replace(after, forced=forced)
     seconds = time.perf_counter() - start
     return Result(
-        result,
+        restored.mesh,
         measure,
         before,
         after,
@@ -133,7 +182,7 @@ def optimize(
         worked.stopped,
         seconds,
         prepared.regions,
-        lost,
+        restored.lost,
     )
 
 
@@ -161,39 +210,70 @@ def prepare(
     """
     require_simplices(mesh)
     require_range(mesh)
-    mesh, tangle = admit(mesh, pipeline.mends_tangles, allowed)
-    part = cast(mesh)
-    if not MEETING.isdisjoint(allowed):
-        part = part.holding(validity.vertices_apart(mesh))
+    source, tangle = admit(mesh, pipeline.mends_tangles, allowed)
+    second = separated(source) if is_second_order(source) else None
+    mesh = source if second is None else second.linear
+    part = _part_of(source, second, allowed)
+    if second is not None:
+        require_plane(second, part)
+        warn_of_curved(second)
     tags = tuple(tags_of(main_blocks(mesh, main_type(mesh)), mesh.regions))
     regions = Regions(tags, int(part.region.max()) + 1)
     if regions.count > 1:
         doubt_regions(part, regions)
     before = summarize(part, measure, others)
-    return Prepared(mesh, part, policy.bound_to(mesh, part), before, tangle, regions, allowed)
+    boundary = policy.bound_to(mesh, part)
+    return Prepared(source, mesh, second, part, boundary, before, tangle, regions, allowed)
 
 
-def restore(
-    prepared: Prepared, worked: Worked, with_data: bool = True
-) -> tuple[Mesh, tuple[str, ...]]:
-    """Put what was worked on back among all the rest of a mesh; also says what did not go along.
+def _part_of(source: Mesh, second: SecondOrder | None, allowed: tuple[str, ...]) -> Simplices:
+    """What of a mesh is worked on: its corners, if it is of second order."""
+    part = cast(source if second is None else second.linear)
+    if MEETING.isdisjoint(allowed):
+        return part
+    apart = validity.vertices_apart(source)
+    return part.holding(apart if second is None else np.flatnonzero(np.isin(second.points, apart)))
+
+
+def _keeping(prepared: Prepared, policy: Policy, kept: np.ndarray) -> Prepared:
+    """The same mesh of second order, of which some cells, (ne,) bool, must not change."""
+    second = separated(prepared.source, kept)
+    part = _part_of(prepared.source, second, prepared.allowed)
+    boundary = policy.bound_to(second.linear, part)
+    return replace(prepared, mesh=second.linear, second=second, part=part, boundary=boundary)
+
+
+def restore(prepared: Prepared, worked: Worked, with_data: bool = True) -> Restored:
+    """Put what was worked on back among all the rest of a mesh.
 
     Raises
     ------
     InvalidMeshError
         A tangle was not mended.
     """
-    mesh, part, tangle = prepared.mesh, prepared.part, prepared.tangle
+    source, mesh, part = prepared.source, prepared.mesh, prepared.part
+    tangle, second = prepared.tangle, prepared.second
     if tangle and worked.stopped == TANGLED:
-        raise InvalidMeshError("it could not be untangled: nothing written", mesh, tangle)
+        raise InvalidMeshError("it could not be untangled: nothing written", source, tangle)
     result = with_simplices(mesh, worked.part, worked.origin, part)
     result = prepared.boundary.restore(result, worked.part, worked.origin)
-    if tangle and not validity.check(result, ignore=prepared.allowed).is_valid:
-        raise InvalidMeshError("untangling leaves it invalid: nothing written", mesh, tangle)
-    result, lost = carry(mesh, result, part, worked.origin, with_data)
+    by_corners = tangle is not None and errors_in(tangle) - CURVED
+    if tangle and by_corners and not validity.check(result, ignore=prepared.allowed).is_valid:
+        raise InvalidMeshError("untangling leaves it invalid: nothing written", source, tangle)
+    if not with_data:
+        tags = prepared.regions.arrays
+        source, mesh, result = (tags_only(one, tags) for one in (source, mesh, result))
+    corners, dropped = carry_on_cells(mesh, result, part, worked.origin)
+    if second is None:
+        result, origin = corners, worked.origin
+        result, more = carry_on_points(source, result, part, origin)
+    else:
+        result, origin = second.restored(corners, worked.origin)
+        result, more = carry_on_points(source, result, part, origin, second.interpolation)
+    lost = sorted({*dropped, *more})
     if lost:
         log.warning("arrays that do not follow the cells are dropped: %s", ", ".join(lost))
-    return result, tuple(f"the array {name}" for name in lost)
+    return Restored(result, corners, origin, tuple(f"the array {name}" for name in lost))
 
 
 def prove(

@@ -124,8 +124,9 @@ def main_type(mesh: Mesh) -> str:
         curved = all(cell_type not in FAMILIES for cell_type in others)
         remedy = "save it with cells of first order" if curved else "cut them into simplices first"
         raise UnsupportedMeshError(
-            f"cells of type {', '.join(sorted(others))} cannot be optimized, only linear triangles "
-            f"in a plane and linear tetrahedra can: {remedy}; meshopt check takes them as they are"
+            f"cells of type {', '.join(sorted(others))} cannot be optimized, only triangles in a "
+            "plane and tetrahedra can, all of them of first or all of second order: "
+            f"{remedy}; meshopt check takes them as they are"
         )
     return SIMPLICES[dimension]
 

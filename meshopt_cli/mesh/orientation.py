@@ -10,16 +10,26 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..cells import SIMPLICES, dimension_of
 from . import adjacency
 from .model import Array, Mesh, main_blocks, main_type
 from .plane import plane_of, precision_of, with_depth
+from .second_order import by_corners, taken_in_order
 from .sizes import contents
 
 
-def turned(cells: Array) -> Array:
-    """Simplices, (n, d + 1), in the other direction: their last two vertices exchanged."""
-    width = cells.shape[1]
-    return cells[:, [*range(width - 2), width - 1, width - 2]]
+def turned(cells: Array, cell_type: str | None = None) -> Array:
+    """Simplices in the other direction: their last two corners exchanged.
+
+    Parameters
+    ----------
+    cells : (n, k) int64
+    cell_type : str, optional
+        Of first or second order; of first order where it is left out.
+    """
+    cell_type = cell_type or SIMPLICES[cells.shape[1] - 1]
+    *first, last_but_one, last = range(dimension_of(cell_type) + 1)
+    return cells[:, taken_in_order(cell_type, [*first, last, last_but_one])]
 
 
 def with_positive_cells(mesh: Mesh) -> tuple[Mesh, int]:
@@ -62,6 +72,8 @@ def with_agreeing_cells(mesh: Mesh) -> tuple[Mesh, int]:
 
 
 def _cells(mesh: Mesh) -> Array:
+    """The main cells by their corners."""
+    mesh = by_corners(mesh)
     return np.concatenate([block.cells for block in main_blocks(mesh, main_type(mesh))])
 
 
@@ -71,17 +83,18 @@ def _sizes(mesh: Mesh, cells: Array) -> Array:
     points = with_depth(mesh.points)
     if cells.shape[1] == 3 and (frame := plane_of(points, cells, precision_of(mesh.points))):
         points = frame.flatten(points)[:, :2]
-    return contents(points, cells, main_type(mesh))
+    return contents(points, cells, SIMPLICES[cells.shape[1] - 1])
 
 
 def _with_turned(mesh: Mesh, chosen: Array) -> tuple[Mesh, int]:
     """Turn the main cells that a mask chooses, (ne,)."""
-    cell_type, at, blocks = main_type(mesh), 0, []
+    at, blocks = 0, []
     for block in mesh.blocks:
-        if block.type == cell_type:
+        if dimension_of(block.type) == mesh.dimension():
             here = chosen[at : at + len(block.cells), None]
             at += len(block.cells)
-            blocks.append(replace(block, cells=np.where(here, turned(block.cells), block.cells)))
+            cells = np.where(here, turned(block.cells, block.type), block.cells)
+            blocks.append(replace(block, cells=cells))
         else:
             blocks.append(block)
     return replace(mesh, blocks=blocks), int(np.count_nonzero(chosen))

@@ -11,6 +11,7 @@ from ..errors import UnsupportedMeshError
 from ..mesh.cast import Simplices, cast
 from ..mesh.model import Array, Block, Mesh, declared, main_type, top_blocks
 from ..mesh.plane import plane_of, precision_of, with_depth
+from ..mesh.second_order import by_corners, is_second_order
 
 
 class Part(NamedTuple):
@@ -40,10 +41,15 @@ def measurable(mesh: Mesh) -> Part:
         There are no simplices in it.
     """
     notes: list[str] = []
+    if is_second_order(mesh):
+        n = sum(len(block.cells) for block in top_blocks(mesh))
+        notes.append(_by_corners(n))
+        mesh = by_corners(mesh)
     try:
         main_type(mesh)
     except UnsupportedMeshError:
-        mesh, notes = _simplices_only(mesh)
+        mesh, more = _simplices_only(mesh)
+        notes += more
     if mesh.dimension() == 2:
         cells = declared(mesh, main_type(mesh))
         points = with_depth(mesh.points)
@@ -68,6 +74,10 @@ def _surface(points: Array, triangles: Array) -> Simplices:
     )
 
 
+def _by_corners(n: int) -> str:
+    return f"{n:,} cells of higher order are measured by their corners"
+
+
 def _simplices_only(mesh: Mesh) -> tuple[Mesh, list[str]]:
     wanted = FAMILIES[SIMPLICES[mesh.dimension()]]
     kept, curved = [], 0
@@ -83,5 +93,5 @@ def _simplices_only(mesh: Mesh) -> tuple[Mesh, list[str]]:
         main_type(mesh)  # which says so
     notes = [f"{n:,} cells of type {cell_type} are left out" for cell_type, n in left.items()]
     if curved:
-        notes.append(f"{curved:,} cells of higher order are measured by their corners")
+        notes.append(_by_corners(curved))
     return Mesh(mesh.points, kept, regions=mesh.regions), notes

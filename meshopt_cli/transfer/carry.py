@@ -1,21 +1,24 @@
 """Arrays of the input on the cells and vertices of the result.
 
-A vertex that moved or is new takes its value from the linear (P1) interpolation of the
-input, a new cell the value of the input's cell that holds its centre. Both are found by
-point location (18.1.3) inside the region; what did not change keeps every bit.
+A point that moved or is new takes its value from the interpolation of the input: linear (P1), or
+quadratic (P2) in cells of second order. A new cell takes the value of the input's cell that holds
+its centre. Both are found by point location (18.1.3) inside the region; what did not change keeps
+every bit.
 
 Numbers of points and cells stay unique: what is new gets those beyond the greatest.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
+from ..cells import dimension_of
 from ..mesh.cast import Simplices
-from ..mesh.model import Array, Block, Mesh, main_blocks, main_type
+from ..mesh.model import Array, Block, Mesh, main_blocks, main_type, top_blocks
 from ..mesh.plane import with_depth
 from ..mesh.tags import (
     CORNER,
@@ -31,7 +34,6 @@ from ..mesh.tags import (
     is_called_number,
     is_number,
     regions_of,
-    tags_of,
 )
 from .places import cells_at
 
@@ -40,52 +42,113 @@ VERTEX_TAGS = {REF: 0, DIM_TAGS: 0, CORNER: 0, REQUIRED: 0, NORMAL: np.nan, TANG
 VERTEX_TAGS[PARAMETRIC] = np.nan
 
 
-def carry(
-    mesh: Mesh,
-    result: Mesh,
-    before: Simplices,
-    origin: Array,
-    with_data: bool = True,
+# Nodes of the input, and the share of each, that make the value in a place of a cell: from the
+# corners of cells, (n, d + 1) int64, and barycentric coordinates in them.
+Interpolation = Callable[[Array, Array], tuple[Array, Array]]
+
+
+def linear(cells: Array, weights: Array) -> tuple[Array, Array]:
+    """The interpolation between the vertices of a simplex (P1)."""
+    return cells, weights
+
+
+def tags_only(mesh: Mesh, regions: tuple[str, ...]) -> Mesh:
+    """The mesh without any arrays but tags: those that make regions, and those of formats."""
+    tags = {*TAG_NAMES, *FLAGS, *regions}
+    point_data = {n: values for n, values in mesh.point_data.items() if n in VERTEX_TAGS}
+    blocks = [
+        replace(block, data={n: values for n, values in block.data.items() if n in tags})
+        for block in mesh.blocks
+    ]
+    return replace(mesh, point_data=point_data, blocks=blocks, fields={})
+
+
+def carry_on_cells(
+    mesh: Mesh, result: Mesh, before: Simplices, origin: Array
 ) -> tuple[Mesh, list[str]]:
-    """Give a result the arrays of the mesh that it was made from.
+    """Give the cells of a result the arrays of the mesh that it was made from.
 
     Parameters
     ----------
     mesh : Mesh
-        What was read.
+        What was read, by its corners.
     result : Mesh
         What `with_simplices` made of it, with the tags that make regions.
     before : Simplices
         What `cast` gives for `mesh`.
     origin : (np',) int64
         The point of `mesh` that each point of `result` was, -1 for a new one.
-    with_data : bool
-        Whether to carry anything but tags.
 
     Returns
     -------
     mesh : Mesh
-        With all arrays, in their order; integers come from the nearest vertex.
+        With all arrays on cells, in their order.
     dropped : list of str
         Arrays without a meaning on the result: of something else than numbers, or of
         whole numbers on a part of the cells of a region.
     """
-    if not with_data:
-        tags = {*TAG_NAMES, *FLAGS, *tags_of(main_blocks(mesh, main_type(mesh)), mesh.regions)}
-        mesh, result = _with_tags_only(mesh, tags), _with_tags_only(result, tags)
-    after = _Cells(result)
-    point_data, dropped = _carry_point_data(mesh, result, before, after, origin)
-    blocks, more = _carry_cell_data(mesh, result, before, after, origin)
-    result = replace(result, point_data=point_data, blocks=blocks)
-    _classify_new_points(result, after, origin)
-    return result, sorted({*dropped, *more})
+    blocks, dropped = _carry_cell_data(mesh, result, before, _Cells(result), origin)
+    return replace(result, blocks=blocks), dropped
+
+
+def carry_on_points(
+    mesh: Mesh,
+    result: Mesh,
+    before: Simplices,
+    origin: Array,
+    interpolation: Interpolation = linear,
+) -> tuple[Mesh, list[str]]:
+    """Give the points of a result the arrays of the mesh that it was made from.
+
+    Parameters
+    ----------
+    mesh, result : Mesh
+        Of any order: what was read, and what is to be written.
+    before : Simplices
+        What `cast` gives for `mesh` by its corners.
+    origin : (np',) int64
+        The point of `mesh` that each point of `result` was, -1 for a new one.
+    interpolation : function
+        Gives points of `mesh`.
+
+    Returns
+    -------
+    mesh : Mesh
+        With all arrays on points, in their order; integers come from the nearest one.
+    dropped : list of str
+        Arrays of something else than numbers.
+    """
+    dropped = [n for n, values in mesh.point_data.items() if values.dtype.kind not in "fiub"]
+    names = [name for name in mesh.point_data if name not in dropped]
+    carried = {name: mesh.point_data[name][origin] for name in names}
+    for name in names:
+        if name in VERTEX_TAGS:
+            carried[name][origin < 0] = VERTEX_TAGS[name]
+    if PARAMETRIC in carried:  # true of the place that a point was in
+        carried[PARAMETRIC][_is_moved(mesh, result, origin)] = np.nan
+    fields = [name for name in names if name not in VERTEX_TAGS]
+    if fields:
+        rows, nodes, shares = _sources(mesh, result, before, origin, interpolation)
+        nearest = np.take_along_axis(nodes, shares.argmax(axis=1)[:, None], axis=1)[:, 0]
+    for name in fields:
+        values = mesh.point_data[name]
+        if _is_identity(name, values):
+            carried[name] = _numbered(carried[name], origin < 0, values)
+        elif values.dtype.kind == "f":
+            at_nodes = values[nodes].astype(np.float64)
+            carried[name][rows] = np.einsum("ij,ij...->i...", shares, at_nodes)
+        else:
+            carried[name][rows] = values[nearest]
+    if DIM_TAGS in carried:
+        _classify(carried[DIM_TAGS], np.flatnonzero(origin < 0), result)
+    return replace(result, point_data=carried), dropped
 
 
 class _Cells:
     """The cells of a result, in the order of its blocks, and their regions, once wanted."""
 
     def __init__(self, result: Mesh) -> None:
-        self._blocks = main_blocks(result, main_type(result))
+        self._blocks = top_blocks(result)
         self._regions = result.regions
 
     @cached_property
@@ -97,15 +160,6 @@ class _Cells:
         return regions_of(self._blocks, self._regions)
 
 
-def _with_tags_only(mesh: Mesh, tags: set[str]) -> Mesh:
-    point_data = {n: values for n, values in mesh.point_data.items() if n in VERTEX_TAGS}
-    blocks = [
-        replace(block, data={n: values for n, values in block.data.items() if n in tags})
-        for block in mesh.blocks
-    ]
-    return replace(mesh, point_data=point_data, blocks=blocks, fields={})
-
-
 def _is_moved(mesh: Mesh, result: Mesh, origin: Array) -> Array:
     """Whether each point of a result is new or lies elsewhere than in the input."""
     moved = origin < 0
@@ -113,43 +167,20 @@ def _is_moved(mesh: Mesh, result: Mesh, origin: Array) -> Array:
     return moved
 
 
-def _carry_point_data(
-    mesh: Mesh, result: Mesh, before: Simplices, after: _Cells, origin: Array
-) -> tuple[dict[str, Array], list[str]]:
-    dropped = [n for n, values in mesh.point_data.items() if values.dtype.kind not in "fiub"]
-    names = [name for name in mesh.point_data if name not in dropped]
-    carried = {name: mesh.point_data[name][origin] for name in names}
-    for name in names:
-        if name in VERTEX_TAGS:
-            carried[name][origin < 0] = VERTEX_TAGS[name]
-    if not set(names) - (set(VERTEX_TAGS) - {PARAMETRIC}):
-        return carried, dropped
+def _sources(
+    mesh: Mesh, result: Mesh, before: Simplices, origin: Array, interpolation: Interpolation
+) -> tuple[Array, Array, Array]:
+    """The points of a result that take new values, and from which nodes, in which shares."""
+    after = _Cells(result)
     moved = _is_moved(mesh, result, origin)
-    if PARAMETRIC in carried:  # true of the place that a vertex was in
-        carried[PARAMETRIC][moved] = np.nan
-    if not set(names) - set(VERTEX_TAGS):
-        return carried, dropped
     region = np.zeros(len(moved), np.int64)
     region[after.cells.ravel()] = np.repeat(after.region, after.cells.shape[1])
     used = np.zeros(len(moved), bool)
     used[after.cells] = True
     rows = np.flatnonzero(moved & used)
-    places = _places(before, result, rows)
-    found, weights = cells_at(before, places, region[rows])
-    corners = before.cells[found]
-    nearest = corners[np.arange(len(rows)), np.argmax(weights, axis=1)] if len(rows) else rows
-    for name in names:
-        values = mesh.point_data[name]
-        if name in VERTEX_TAGS:
-            continue
-        if _is_identity(name, values):
-            carried[name] = _numbered(carried[name], origin < 0, values)
-        elif values.dtype.kind == "f":
-            at_corners = values[corners].astype(np.float64)
-            carried[name][rows] = np.einsum("ij,ij...->i...", weights, at_corners)
-        else:
-            carried[name][rows] = values[nearest]
-    return carried, dropped
+    found, weights = cells_at(before, _places(before, result, rows), region[rows])
+    nodes, shares = interpolation(before.cells[found], weights)
+    return rows, nodes, shares
 
 
 def _is_identity(name: str, values: Array) -> bool:
@@ -257,16 +288,16 @@ def _twins(cells: Array, wanted: Array) -> Array:
     return np.where(alike, twins, -1)
 
 
-def _classify_new_points(result: Mesh, after: _Cells, origin: Array) -> None:
-    """Put new points on the entities of their cells, where Gmsh's entities are known."""
-    blocks = main_blocks(result, main_type(result))
-    new = np.flatnonzero(origin < 0)
-    if DIM_TAGS not in result.point_data or not len(new):
-        return
-    if not all(GEOMETRICAL in block.data for block in blocks):
-        return
-    entity = np.zeros(len(origin), np.int64)
-    entities = np.concatenate([block.data[GEOMETRICAL] for block in blocks])
-    entity[after.cells.ravel()] = np.repeat(entities, after.cells.shape[1])
-    dim_tags = result.point_data[DIM_TAGS]
-    dim_tags[new, 0], dim_tags[new, 1] = after.cells.shape[1] - 1, entity[new]
+def _classify(dim_tags: Array, new: Array, result: Mesh) -> None:
+    """Put new points on the entities of the cells they belong to, where Gmsh's are known.
+
+    Of several, on the entity of the lowest dimension.
+    """
+    is_new = np.zeros(len(dim_tags), bool)
+    is_new[new] = True
+    for block in sorted(result.blocks, key=lambda block: -dimension_of(block.type)):
+        if GEOMETRICAL in block.data and len(block.cells):
+            here = is_new[block.cells]
+            tags = np.repeat(block.data[GEOMETRICAL][:, None], block.cells.shape[1], axis=1)
+            dim_tags[block.cells[here], 0] = dimension_of(block.type)
+            dim_tags[block.cells[here], 1] = tags[here]

@@ -67,7 +67,7 @@ def test_a_mesh_without_simplices_has_no_report(meshopt, tmp_path, name):
 
 
 # What can be measured of a mesh that cannot be optimized: cells, vertices, what is said.
-MEASURED = {"second_order": (1, 4, "corners"), "surface": (8, 6, "own plane"),
+MEASURED = {"both_orders": (2, 8, "corners"), "surface": (8, 6, "own plane"),
             "hexes_and_tets": (1, 4, "1 cells of type hexahedron")}  # fmt: skip
 
 
@@ -126,14 +126,14 @@ def test_a_report_that_cannot_be_written(meshopt, tets, tmp_path):
 @pytest.mark.parametrize(
     ("make", "said"),
     [
-        (lambda: Mesh(np.random.default_rng(0).random((6, 3)),
-                      [Block("triangle6", np.arange(6)[None])]), "first order"),
+        (lambda: Mesh(np.random.default_rng(0).random((10, 3)),
+                      [Block("triangle10", np.arange(10)[None])]), "first order"),
         (lambda: quad_grid(2), "simplices"),
         (octahedron, "meshopt check"),
         (lambda: replace(tet_grid(2), points=tet_grid(2).points * 1e60), "scale it"),
         (lambda: replace(tri_grid(2), points=tri_grid(2).points * 1e-60), "scale it"),
     ],
-    ids=["second order", "quads", "surface", "huge", "tiny"],
+    ids=["third order", "quads", "surface", "huge", "tiny"],
 )  # fmt: skip
 def test_what_cannot_be_optimized_is_refused_with_a_remedy(meshopt, tmp_path, make, said):
     path = tmp_path / "in.msh"

@@ -34,6 +34,7 @@ from support.meshes import (
 CORNER = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 SQUARE = [[0, 0], [1, 0], [1, 1], [0, 1]]
 CUBE = [[*p, z] for z in (0, 1) for p in SQUARE]
+SIDES = [[0.5, 0], [1, 0.5], [0.5, 1], [0, 0.5]]  # middles of those of the square
 PRISM = [[*p, z] for z in (0, 1) for p in [SQUARE[0], SQUARE[1], SQUARE[3]]]
 PYRAMID = [[*p, 0] for p in SQUARE] + [[0.5, 0.5, 1]]
 INCLINED = np.array([[1, 2, 3], [0.5, -1, 2]])
@@ -377,7 +378,7 @@ BROKEN |= {
             [*CORNER, *MIDDLES],
             tetra10=[[1, 0, 2, 3, *range(4, 10)], [0, 1, 2, 3, *range(4, 10)]],
         ),
-        "M101 M201",
+        "M101 M106 M201",
     ),
     "second-order triangle turned": (
         mesh(
@@ -385,5 +386,19 @@ BROKEN |= {
             triangle6=[[0, 1, 2, 4, 5, 6], [3, 2, 0, 7, 6, 8]],
         ),
         "M101",
+    ),
+    "two middle nodes on a side": (
+        mesh(
+            [*SQUARE, *SIDES, [0.5, 0.5], [0.52, 0.52]],
+            triangle6=[[0, 1, 2, 4, 5, 8], [0, 2, 3, 9, 6, 7]],
+        ),
+        "M106",
+    ),
+    "a middle node of two sides": (
+        mesh(
+            [*SQUARE, *SIDES, [0.5, 0.5]],
+            triangle6=[[0, 1, 2, 4, 5, 8], [0, 2, 3, 8, 6, 6]],
+        ),
+        "M105 M106 M203",
     ),
 }

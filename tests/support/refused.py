@@ -3,14 +3,15 @@
 import numpy as np
 import pytest
 
+from support.broken import CORNER, MIDDLES
 from support.files import write
 from support.meshes import hex_grid, in_space, mesh, octahedron, quad_grid
 
 # Meshes that are wrong, each in its own way: what is in them, the exit status, what is said.
 BAD_MESHES = {
     "quads": (lambda: in_space(quad_grid(3)), 3, "quad"),
-    "second_order": (lambda: mesh(np.random.default_rng(0).random((10, 3)), tetra10=[range(10)]),
-                     3, "tetra10"),
+    "both_orders": (lambda: mesh([*CORNER, *MIDDLES, *(np.eye(4, 3) + 2)], tetra10=[range(10)],
+                                 tetra=[[13, 10, 11, 12]]), 3, "tetra10"),
     "surface": (octahedron, 3, "plane"),
     "hexes_and_tets": (lambda: mesh([*hex_grid(1).points, *(np.eye(4, 3) + 2)],
                                     hexahedron=hex_grid(1).blocks[0].cells, tetra=[[11, 8, 9, 10]]),

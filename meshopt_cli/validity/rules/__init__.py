@@ -6,12 +6,12 @@ from collections.abc import Iterable
 
 from ...errors import ConfigError
 from ..model import WARNING, Rule
-from . import conformity, constraint, content, domain, gates, kinds, shape
+from . import conformity, constraint, content, domain, gates, kinds, middles, shape
 
 # In the order of the codes.
 RULES: dict[str, Rule] = {
     row.code: row
-    for module in (content, shape, conformity, domain, kinds, constraint, gates)
+    for module in (content, shape, middles, conformity, domain, kinds, constraint, gates)
     for row in vars(module).values()
     if isinstance(row, Rule)
 }
