@@ -15,6 +15,7 @@ import numpy as np
 from ..mesh import adjacency
 from ..mesh.cast import Simplices
 from ..mesh.model import Block, Mesh
+from ..mesh.sizes import norms
 from ..mesh.tags import REQUIRED, flagged, is_whole
 
 Array = np.ndarray
@@ -132,8 +133,13 @@ def _are_alike(rows: Array, label: Array, n_points: int) -> Array:
 
 def _normals(points: Array, facets: Array) -> Array:
     a, b, c = (points[facets[:, k]] for k in range(3))
-    normals = np.cross(b - a, c - a)
-    return normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    return _unit(np.cross(b - a, c - a))
+
+
+def _unit(vectors: Array) -> Array:
+    """Vectors by their lengths, (n, 3); those without a length stay 0, and have no direction."""
+    length = norms(vectors)[:, None]
+    return vectors / np.where(length > 0.0, length, 1.0)
 
 
 def _ridges(
@@ -201,10 +207,10 @@ def _guides_of_chains(
 def _set_lines(guide: Array, points: Array, edges: Array, free: Array, tolerance: float) -> None:
     """Set the guide of the free vertices whose two edges go in opposite directions."""
     ends = np.concatenate([edges, edges[:, ::-1]])
-    along = points[ends[:, 1]] - points[ends[:, 0]]
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    along = _unit(points[ends[:, 1]] - points[ends[:, 0]])
     total = np.zeros((len(points), 3))
     np.add.at(total, ends[:, 0], along)
+    free[ends[~along.any(axis=1)]] = False  # at an edge without a direction
     straight = free & (np.linalg.norm(total, axis=1) <= tolerance)
     guide[ends[:, 0], 1:] = np.where(straight[ends[:, 0], None], along, guide[ends[:, 0], 1:])
     guide[straight, 0] = LINE

@@ -9,7 +9,7 @@ import numpy as np
 from .. import validity
 from ..errors import BadMeshError, UnsupportedMeshError
 from ..mesh.model import Mesh, main_type
-from ..mesh.orientation import with_agreeing_cells, with_positive_cells
+from ..mesh.orientation import hangs_together, with_agreeing_cells, with_positive_cells
 from ..mesh.second_order import by_corners, is_second_order
 
 log = logging.getLogger("meshopt")
@@ -26,6 +26,9 @@ TANGLE = {"M101", "M102", "M205", "M209", "M210"}
 
 # The rule that a flat cell at a curved edge breaks, and a better one there does not.
 CURVED = {"M105"}
+
+# The rule that bodies break which reach into each other.
+OVERLAPPING = {"M209"}
 
 TURNED = "cells are listed the other way round, and turned: %d"
 
@@ -82,6 +85,23 @@ def _not_valid(report: validity.Report, allowed: tuple[str, ...] = ()) -> str:
     return f"the mesh is not valid ({', '.join(codes)}): nothing written{hint}"
 
 
+def _require_apart(mesh: Mesh, allowed: tuple[str, ...]) -> None:
+    """Refuse cells that overlap, which is allowed, and have vertices in common.
+
+    Raises
+    ------
+    InvalidMeshError
+    """
+    if OVERLAPPING.isdisjoint(allowed) or hangs_together(mesh):
+        return
+    report = validity.check(mesh, OVERLAPPING)
+    if not report.is_valid:
+        raise InvalidMeshError(
+            "cells that overlap and are joined by a vertex or an edge cannot be meant: "
+            "nothing written", mesh, report,
+        )  # fmt: skip
+
+
 def errors_in(report: validity.Report) -> set[str]:
     """Codes of the rules of severity error that are broken."""
     return {group.code for group in report.errors}
@@ -114,6 +134,7 @@ def admit(
     """
     report = validity.check(mesh, ignore=allowed, overlaps=False)
     if report.is_valid:
+        _require_apart(mesh, allowed)
         return mesh, None
     broken = errors_in(report)
     n_turned = 0
@@ -122,11 +143,17 @@ def admit(
             turned, n_turned = turn(mesh)
             again = validity.check(turned, ignore=allowed, overlaps=False) if n_turned else report
             if again.is_valid:
+                _require_apart(turned, allowed)
                 log.warning(TURNED, n_turned)
                 return turned, None
         mesh, broken = turned, errors_in(again)
     curved = broken & CURVED if is_second_order(mesh) else set()
     tangled = broken - curved
+    if tangled and not hangs_together(mesh):
+        raise InvalidMeshError(
+            f"{_not_valid(report)}; cells that are joined by a vertex or an edge only cannot be "
+            "untangled", mesh, report,
+        )  # fmt: skip
     if tangled <= TANGLE and (not tangled or (untangles and tangled & {"M101", "M102"})):
         if n_turned:
             log.warning(TURNED, n_turned)

@@ -293,9 +293,15 @@ def prove(
     before = prepared.before
     # An array that numbers cells may have few values left, and would pass for a tag.
     final = cast(replace(result, regions=prepared.regions.arrays))
+    part = worked.part
+    if len(prepared.part.idle):  # cells may have come to lie at these lines and faces
+        number = np.full(len(prepared.part.points), -1)
+        number[worked.origin[worked.origin >= 0]] = np.flatnonzero(worked.origin >= 0)
+        idle = number[prepared.part.idle]
+        final, part = final.without_facets(idle), part.without_facets(idle)
     target = before.target if prepared.boundary.keeps_facets else None
     after = summarize(final, measure, others, target)
     if after.n_invalid or after.worst > before.worst * (1 + ROUNDING):
         raise InvariantError(f"the worst Q rose from {before.worst} to {after.worst}")
-    prepared.boundary.prove(result, final, worked.part, worked.origin)
+    prepared.boundary.prove(result, final, part, worked.origin)
     return after

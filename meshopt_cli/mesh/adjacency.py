@@ -197,6 +197,25 @@ def neighbours(cells: Array, region: Array, n_points: int, cuts: Array | None = 
     return result.reshape(n_cells, width)
 
 
+def n_fans(cells: Array, n_points: int) -> Array:
+    """In how many parts that hang together by facets the cells at each vertex fall, (np,) int64.
+
+    One in a mesh whose parts do not meet in a vertex, or an edge, only.
+    """
+    n_cells, width = cells.shape
+    beyond = neighbours(cells, np.zeros(n_cells, np.int64), n_points).ravel()
+    one = np.flatnonzero(beyond >= 0)
+    shared = facets(cells)[one]
+    sides = one // width, beyond[one] // 4
+    # A vertex of a cell is an item, linked to the same vertex of a neighbour.
+    links: list[list[Array]] = [[], []]
+    for k in range(width - 1):
+        for side, items in zip(sides, links, strict=True):
+            items.append(width * side + np.argmax(cells[side] == shared[:, [k]], axis=1))
+    part = first_of(cells.size, *(np.concatenate(items) for items in links))
+    return np.bincount(cells.ravel()[distinct(part)], minlength=n_points)
+
+
 def boundary_facets(cells: Array, beyond: Array) -> Array:
     """Facets without a neighbour, (n, d), turned as their cells turn them."""
     return facets_at(cells, beyond < 0)

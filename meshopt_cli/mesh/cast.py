@@ -92,6 +92,18 @@ class Simplices:
         """Facets of the skin with cells on both sides, (n, d), each from either side."""
         return self.skin[self.neighbours[self.neighbours < 0] != OUTER]
 
+    @cached_property
+    def idle(self) -> Array:
+        """Facets that the file declares and that are those of no cell, (n, d)."""
+        if not len(self.facets):
+            return self.facets
+        return self.facets[adjacency.places_in(self.skin, self.facets, len(self.points)) < 0]
+
+    def without_facets(self, rows: Array) -> Simplices:
+        """The same, in which the file does not declare some facets, (n, d)."""
+        others = adjacency.places_in(rows, self.facets, len(self.points)) < 0
+        return self if others.all() else replace(self, facets=self.facets[others])
+
     def holding(self, vertices: Array) -> Simplices:
         """The same, in which some vertices are fixed, and the outer facets between them stay."""
         fixed = self.fixed.copy()
@@ -165,9 +177,7 @@ def _with_what_stays(mesh: Mesh, part: Simplices) -> Simplices:
     Facets that bound no cell have fixed vertices, and so have cells of other types, which come
     back as they were. Periodic sides stay, so that they go on to match.
     """
-    if len(part.facets):
-        bound = adjacency.places_in(part.skin, part.facets, len(part.points)) >= 0
-        part.fixed[part.facets[~bound]] = True
+    part.fixed[part.idle] = True
     others = [b.cells.ravel() for b in mesh.blocks if b.type not in SIMPLICES]
     others += [link.pairs.ravel() for link in mesh.periodic]
     return part.holding(np.concatenate(others)) if others else part

@@ -71,6 +71,15 @@ def with_agreeing_cells(mesh: Mesh) -> tuple[Mesh, int]:
     return _with_turned(mesh, total[as_is] < total[reverse])
 
 
+def hangs_together(mesh: Mesh) -> bool:
+    """Whether the main cells at each vertex hang together by facets.
+
+    In a sound mesh that is a matter of taste (M212). Where cells are inverted or overlap, changes
+    could make what is there already, so that they are to be told apart.
+    """
+    return bool((adjacency.n_fans(_cells(mesh), len(mesh.points)) <= 1).all())
+
+
 def _cells(mesh: Mesh) -> Array:
     """The main cells by their corners."""
     mesh = by_corners(mesh)

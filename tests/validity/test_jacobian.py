@@ -195,7 +195,8 @@ def test_the_way_a_mesh_runs_is_no_matter_of_jacobians():
 def test_what_other_rules_name_is_not_named_again():
     nodes = middles_of("tetra10", TET)
     inverted = mesh(nodes, tetra10=[range(10), [1, 0, 2, 3, *range(4, 10)]])
-    assert codes(inverted) == ("M101",)
+    assert "M101" in codes(inverted)
+    assert "M105" not in codes(inverted)
     flat = middles_of("tetra10", [*TET[:3], (0.3, 0.3, 0.0)])
     assert codes(one("tetra10", flat)) == ("M102",)
 
