@@ -8,7 +8,7 @@ import numpy as np
 
 from .. import validity
 from ..errors import BadMeshError, UnsupportedMeshError
-from ..mesh.model import Mesh, main_type
+from ..mesh.model import Mesh, main_type, top_blocks
 from ..mesh.orientation import hangs_together, with_agreeing_cells, with_positive_cells
 from ..mesh.second_order import by_corners, is_second_order
 
@@ -22,7 +22,8 @@ ORIENTATION = {"M101", "M103", "M207"}
 
 # Rules that a tangle breaks: cells with a negative volume, and those that they lie across. Its
 # neighbours agree about their facets, whatever their volume.
-TANGLE = {"M101", "M102", "M205", "M209", "M210"}
+WRONG = {"M101", "M102"}
+TANGLE = WRONG | {"M205", "M209", "M210"}
 
 # The rule that a flat cell at a curved edge breaks, and a better one there does not.
 CURVED = {"M105"}
@@ -85,6 +86,19 @@ def _not_valid(report: validity.Report, allowed: tuple[str, ...] = ()) -> str:
     return f"the mesh is not valid ({', '.join(codes)}): nothing written{hint}"
 
 
+def _wrong_cells(mesh: Mesh, report: validity.Report) -> np.ndarray:
+    """Which main cells are inverted or flat, (ne,) bool."""
+    wrong = [np.zeros(len(block.cells), bool) for block in mesh.blocks]
+    for group in report.errors:
+        if group.code in WRONG and group.places.cells is not None:
+            for block, row in group.places.cells.tolist():
+                wrong[block][row] = True
+    top = top_blocks(mesh)
+    return np.concatenate(
+        [w for b, w in zip(mesh.blocks, wrong, strict=True) if any(b is one for one in top)]
+    )
+
+
 def _require_apart(mesh: Mesh, allowed: tuple[str, ...]) -> None:
     """Refuse cells that overlap, which is allowed, and have vertices in common.
 
@@ -137,7 +151,7 @@ def admit(
         _require_apart(mesh, allowed)
         return mesh, None
     broken = errors_in(report)
-    n_turned = 0
+    n_turned, now = 0, report
     if broken <= ORIENTATION | TANGLE | CURVED:
         for turn in (with_positive_cells, with_agreeing_cells):
             turned, n_turned = turn(mesh)
@@ -146,15 +160,15 @@ def admit(
                 _require_apart(turned, allowed)
                 log.warning(TURNED, n_turned)
                 return turned, None
-        mesh, broken = turned, errors_in(again)
+        mesh, now, broken = turned, again, errors_in(again)
     curved = broken & CURVED if is_second_order(mesh) else set()
     tangled = broken - curved
-    if tangled and not hangs_together(mesh):
-        raise InvalidMeshError(
-            f"{_not_valid(report)}; cells that are joined by a vertex or an edge only cannot be "
-            "untangled", mesh, report,
-        )  # fmt: skip
-    if tangled <= TANGLE and (not tangled or (untangles and tangled & {"M101", "M102"})):
+    if tangled <= TANGLE and (not tangled or (untangles and tangled & WRONG)):
+        if tangled and not hangs_together(mesh, _wrong_cells(mesh, now)):
+            raise InvalidMeshError(
+                "inverted or flat cells that are joined by a vertex or an edge only cannot be "
+                "untangled: nothing written", mesh, report,
+            )  # fmt: skip
         if n_turned:
             log.warning(TURNED, n_turned)
         if tangled:

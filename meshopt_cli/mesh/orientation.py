@@ -71,13 +71,26 @@ def with_agreeing_cells(mesh: Mesh) -> tuple[Mesh, int]:
     return _with_turned(mesh, total[as_is] < total[reverse])
 
 
-def hangs_together(mesh: Mesh) -> bool:
+def hangs_together(mesh: Mesh, near: Array | None = None) -> bool:
     """Whether the main cells at each vertex hang together by facets.
 
     In a sound mesh that is a matter of taste (M212). Where cells are inverted or overlap, changes
     could make what is there already, so that they are to be told apart.
+
+    Parameters
+    ----------
+    near : (ne,) bool, optional
+        Only vertices inside of the mesh, and those of cells around these ones.
     """
-    return bool((adjacency.n_fans(_cells(mesh), len(mesh.points)) <= 1).all())
+    cells, n_points = _cells(mesh), len(mesh.points)
+    several = adjacency.n_fans(cells, n_points) > 1
+    if near is not None:
+        inside = np.ones(n_points, bool)
+        beyond = adjacency.neighbours(cells, np.zeros(len(cells), np.int64), n_points)
+        inside[adjacency.boundary_facets(cells, beyond)] = False
+        around = adjacency.is_used(cells[near], n_points)[cells].any(axis=1)
+        several &= inside | adjacency.is_used(cells[around], n_points)
+    return not several.any()
 
 
 def _cells(mesh: Mesh) -> Array:
