@@ -21,8 +21,10 @@ PARAMETRIC = "gmsh:parametric"
 PARTITION = "gmsh:partition"
 # Medit's flags of vertices and of cells: what is required must stay.
 CORNER, REQUIRED, RIDGE = FLAGS = ("medit:corner", "medit:required", "medit:ridge")
-# Whole numbers of cells that tell no regions apart, unless they are asked to.
-_NO_REGIONS = (*FLAGS, PARTITION)
+# Whole numbers of cells that tell no regions apart, unless they are asked to: in small
+# letters only, what VTK and ParaView call parts, the processes that have them, and ghosts.
+_PARTS = {"vtkghosttype", "vtkghostlevels", "vtkprocessid", "processid", "processids"}
+_PARTS |= {"partitionid", "partitionids", "vtkpartitionid", "vtkpartitionids"}
 # Vectors at some of the vertices.
 NORMAL, TANGENT = "medit:normal", "medit:tangent"
 # Any other array of whole numbers does so when it has few values.
@@ -69,11 +71,17 @@ def is_called_number(name: str) -> bool:
 
 def is_tag(name: str, arrays: list[Array]) -> bool:
     """Whether an array, given block by block, tells regions of the cells apart."""
-    if name in _NO_REGIONS or not all(is_whole(a) for a in arrays):
+    if _tells_nothing(name) or not all(is_whole(a) for a in arrays):
         return False
     return name in TAG_NAMES or (
         _n_values(arrays) <= MAX_LABELS and not is_number(name, np.concatenate(arrays))
     )
+
+
+def _tells_nothing(name: str) -> bool:
+    """Whether arrays of a name are no regions, whatever their values."""
+    plain = re.sub("[^a-z]", "", name.lower())
+    return name in FLAGS or name == PARTITION or plain in _PARTS
 
 
 def _n_values(arrays: list[Array]) -> int:
@@ -138,7 +146,8 @@ def doubtful_tags(mesh: Mesh) -> dict[str, int]:
         return {}
     found = {}
     for name, arrays in _on_all(top_blocks(mesh)).items():
-        if name not in (*_NO_REGIONS, *TAG_NAMES) and all(is_whole(a) for a in arrays):
+        is_plain = not _tells_nothing(name) and name not in TAG_NAMES
+        if is_plain and all(is_whole(a) for a in arrays):
             n_values = _n_values(arrays)
             if MAX_LABELS < n_values <= sum(map(len, arrays)) / 4:
                 found[name] = n_values

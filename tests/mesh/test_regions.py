@@ -70,6 +70,17 @@ def test_whole_reals_make_the_regions_that_integers_make(dtype):
     assert np.array_equal(regions_of(tagged_cells(material=values.astype(dtype))), region)
 
 
+@pytest.mark.parametrize(
+    "name",
+    ["vtkGhostType", "vtkProcessId", "PartitionId", "Process Ids", "gmsh:partition", "medit:ridge"],
+)
+def test_parts_for_computing_are_no_regions(name):
+    one = Mesh(np.zeros((1, 3)), tagged_cells(**{name: np.arange(40) // 10}))
+    assert not np.any(regions_of(one.blocks))
+    assert regions_in(one) == Regions((), 1)
+    assert regions_in(with_regions(one, (name,))).count == 4
+
+
 def test_few_cells_may_each_be_a_region_but_not_by_a_number_of_theirs():
     assert regions_of(tagged_cells(material=[3, 1, 2])).tolist() == [2, 0, 1]
     for name in ("GlobalElementId", "id", "cell_ids", "vtkOriginalCellIds", "index"):
