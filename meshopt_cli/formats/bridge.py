@@ -6,7 +6,6 @@ import contextlib
 import io
 import logging
 import tempfile
-import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,7 +13,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..mesh.model import Block, Mesh
-from .sniff import UnreadableError
 
 if TYPE_CHECKING:
     import meshio
@@ -24,33 +22,19 @@ log = logging.getLogger("meshopt")
 
 @contextlib.contextmanager
 def listening(level: int) -> Iterator[None]:
-    """Send what meshio prints to our log, and do not let numpy read half a number."""
-    from meshio._mesh import topological_dimension
-
-    topological_dimension.update(wedge15=3, pyramid13=3)  # which it knows everywhere else
+    """Send what meshio prints to our log."""
     said = io.StringIO()
     try:
-        with (
-            contextlib.redirect_stdout(said),
-            contextlib.redirect_stderr(said),
-            warnings.catch_warnings(),
-        ):
-            # numpy stops at what it cannot read, and only warns
-            warnings.filterwarnings("error", message=".*could not be read to its end")
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
             yield
-    except DeprecationWarning:
-        raise UnreadableError("a number was expected, and something else found") from None
     finally:
         if said.getvalue():
             log.log(level, "meshio: %s", " ".join(said.getvalue().split()))
 
 
 @contextlib.contextmanager
-def prepared(path: Path, data: bytes, plain: bytes, name: str = "mesh") -> Iterator[Path]:
-    """Give meshio a file with `plain` in it: the one at `path` if that is its `data`."""
-    if plain == data:
-        yield path
-        return
+def prepared(plain: bytes, name: str) -> Iterator[Path]:
+    """A file of a name with `plain` in it, for meshio to read."""
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder, name)
         copy.write_bytes(plain)

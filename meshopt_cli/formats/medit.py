@@ -60,7 +60,7 @@ def read(path: Path, data: bytes, encoding: Encoding) -> tuple[Mesh, list[str]]:
 
     Vertex numbers start from 0 and are otherwise as the file has them: a 0 in it is a -1.
     """
-    mesh, lists, dropped = (_read_binary if encoding.binary else _read_text)(path, data)
+    mesh, lists, dropped = (_read_binary if encoding.binary else _read_text)(data)
     if encoding.version == "1":
         mesh.points = mesh.points.astype(np.float32)
     return mesh, dropped + medit_lists.attach(mesh, lists)
@@ -70,7 +70,7 @@ def read(path: Path, data: bytes, encoding: Encoding) -> tuple[Mesh, list[str]]:
 _Parts = tuple[Mesh, dict[str, Array], list[str]]
 
 
-def _read_text(path: Path, data: bytes) -> _Parts:
+def _read_text(data: bytes) -> _Parts:
     mesh = Mesh(np.empty((0, 0)), [])
     lists: dict[str, Array] = {}
     dropped = []
@@ -133,12 +133,12 @@ def _sections(data: bytes) -> Iterator[tuple[str, bytes]]:
         yield word[0].decode(), data[word.end() : end]
 
 
-def _read_binary(path: Path, data: bytes) -> _Parts:
+def _read_binary(data: bytes) -> _Parts:
     import meshio.medit
 
     plain, curved, lists, dropped = _plain_binary(data)
     # meshio goes by the last letter of a name
-    with prepared(path, b"", plain, "mesh.meshb") as copy, listening(logging.WARNING):
+    with prepared(plain, "mesh.meshb") as copy, listening(logging.WARNING):
         mesh = from_meshio(meshio.medit.read(copy))
     mesh.blocks += [Block(kind, rows[:, :-1] - 1, {REF: rows[:, -1]}) for kind, rows in curved]
     for data_of in (mesh.point_data, *(block.data for block in mesh.blocks)):
