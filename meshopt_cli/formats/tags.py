@@ -25,6 +25,7 @@ from ..mesh.tags import (
     PHYSICAL,
     REF,
     REQUIRED,
+    is_whole,
     tags_of,
 )
 from . import medit, medit_lists, vtk
@@ -132,10 +133,12 @@ def for_medit(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
         grouped = any(PHYSICAL in data and data[PHYSICAL].any() for data in alike)
         names = [*(mesh.regions or ()), *GROUPS["medit"], label]
         names = [name for name in names if grouped or name != PHYSICAL]
-        key = next((name for name in names if any(name in data for data in alike)), REF)
+        fit = [n for n in names if any(_tags(data.get(n)) is not None for data in alike)]
+        key = next(iter(fit), REF)
         values = _tags(block.data.get(key))
         lists = medit_lists.pick(block.data)
-        dropped += [n for n in block.data if n not in (key, *lists) and (grouped or n != PHYSICAL)]
+        kept = (*lists, *[key] * (values is not None))
+        dropped += [n for n in block.data if n not in kept and (grouped or n != PHYSICAL)]
         data = lists if values is None else {REF: values, **lists}
         if block.type != "vertex":
             blocks.append(Block(block.type, block.cells, data))
@@ -246,10 +249,7 @@ def _held(blocks: list[Block], known: Collection[str], dropped: list[str]) -> li
 
 def _tags(values: Array | None) -> Array | None:
     """Take an array for tags if it holds whole numbers, one a row."""
-    if values is None or values.ndim != 1:
-        return None
-    whole = values.astype(np.int64)
-    return whole if (whole == values).all() else None
+    return values.astype(np.int64) if values is not None and is_whole(values) else None
 
 
 def _views(data: dict[str, Array], but: tuple[str, ...], dropped: list[str]) -> dict[str, Array]:

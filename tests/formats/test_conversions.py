@@ -1,5 +1,7 @@
 """From one format to another."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -170,3 +172,18 @@ def test_writing_leaves_the_mesh_alone(tmp_path):
             mesh, twin = tagged(tets(), encoding), tagged(tets(), encoding)
             write(path_for(tmp_path, target), mesh, target)
             assert_same(mesh, twin)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("name", ["gmsh", "gmsh22", "medit", "vtu"])
+def test_regions_of_any_numbers_are_no_tags_of_a_format(tmp_path, name):
+    """What an array with halves, and none for some cells, makes regions of has no group."""
+    mesh = tets()
+    for block in mesh.blocks:
+        block.data = {"density": np.full(len(block.cells), 0.5)}
+    mesh.blocks[-1].data["density"][:] = np.nan
+    encoding = FORMATS[name].default
+    written = write(path_for(tmp_path, encoding), replace(mesh, regions=("density",)), encoding)
+    again, _ = read(path_for(tmp_path, encoding))
+    kept = any("density" in block.data for block in again.blocks)
+    assert kept != ("density" in written.lost)
