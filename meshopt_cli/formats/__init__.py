@@ -15,12 +15,13 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import ConfigError, ReadError, WriteError, chosen
+from ..files.atomic import target_of
+from ..files.sink import PIPE, ZIPPED, written
 from ..mesh.model import Array, Mesh
-from .atomic import target_of
 from .foreign import NO_MESHES, foreign_kind
 from .numbering import Numbering, numbering
 from .sniff import ADVICE, HEAD, Encoding, UnreadableError, encoding_of
-from .streams import PIPE, ZIPPED, as_file, contents, extension, written
+from .streams import as_file, contents, extension
 from .table import FORMATS, Format
 from .vtk import VTK_VERSIONS, VTU_VERSIONS
 

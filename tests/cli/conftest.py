@@ -4,7 +4,7 @@ import logging
 
 import pytest
 
-from meshopt_cli.cli.main import status_of
+from meshopt_cli.cli.entry import status_of
 from support.edits import shaken
 from support.files import write
 from support.meshes import in_space, tet_grid, tri_grid

@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from meshopt_cli.cli.check_config import NOT_KEYS
-from meshopt_cli.cli.main import COMMANDS, main, status_of
+from meshopt_cli.cli.entry import status_of
+from meshopt_cli.cli.main import COMMANDS, main
 from meshopt_cli.cli.options import Number
 from meshopt_cli.errors import ConfigError
 from meshopt_cli.plans.config import NUMBERS, Request, load, plan_for

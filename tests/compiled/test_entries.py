@@ -152,7 +152,7 @@ def test_a_warm_run_does_without_numba(tmp_path):
     mesh = tmp_path / "in.mesh"
     formats.write(mesh, shaken(tet_grid(3), 1.0, 1), formats.FORMATS["medit"].default)
     code = (
-        "import sys; from meshopt_cli.cli.main import status_of\n"
+        "import sys; from meshopt_cli.cli.entry import status_of\n"
         "status = status_of(['optimize', *sys.argv[1:], '-q'])\n"
         "print(status, 'numba' in sys.modules)"
     )

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from meshopt_cli import formats, warmup
-from meshopt_cli.cli.main import status_of
+from meshopt_cli.cli.entry import status_of
 from meshopt_cli.compiled import decorators, ways, words
 from meshopt_cli.validity import boundary, overlap
 from support.meshes import tet_grid

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from meshopt_cli.cli.main import status_of
+from meshopt_cli.cli.entry import status_of
 from meshopt_cli.compiled import cache, decorators, ways
 from meshopt_cli.errors import EXIT_USAGE, ConfigError
 from support.compiling import array, outer, total

@@ -26,7 +26,7 @@ def test_colours_that_leave_nothing_to_work_on_are_doubted(caplog):
 
 @pytest.mark.parametrize("command", ["check", "report", "optimize"])
 def test_an_array_of_many_values_is_asked_about(capsys, tmp_path, caplog, command):
-    from meshopt_cli.cli.main import status_of
+    from meshopt_cli.cli.entry import status_of
 
     grid = shaken(tet_grid(4))
     (block,) = grid.blocks

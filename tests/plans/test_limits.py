@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from meshopt_cli.cli.main import status_of
+from meshopt_cli.cli.entry import status_of
 from support.options import every_option, field_of
 
 IMPOSSIBLE = ["nan", "inf", "-inf", str(2**63), str(-(2**63) - 1)]

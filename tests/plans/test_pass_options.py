@@ -7,7 +7,7 @@ from dataclasses import fields
 
 import pytest
 
-from meshopt_cli.cli.main import status_of
+from meshopt_cli.cli.entry import status_of
 from meshopt_cli.errors import EXIT_USAGE, ConfigError
 from meshopt_cli.passes import PASSES
 from meshopt_cli.plans.config import Request, plan_for

@@ -7,7 +7,7 @@ import time
 import pytest
 
 from meshopt_cli import formats
-from meshopt_cli.cli.main import status_of
+from meshopt_cli.cli.entry import status_of
 from meshopt_cli.mesh.cast import cast
 from meshopt_cli.passes import Budget, OutOfTimeError, Silent
 from meshopt_cli.passes.check import Check

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from meshopt_cli.cells import FAMILIES
-from meshopt_cli.cli.main import status_of
+from meshopt_cli.cli.entry import status_of
 from meshopt_cli.errors import ConfigError
 from meshopt_cli.jobs.check import needs_kernels
 from meshopt_cli.kernels.shape.angles import angle_range
@@ -220,7 +220,7 @@ def test_check_without_a_measure_needs_no_kernels(tmp_path):
     path = write(tmp_path / "one.vtu", mesh(points, tetra=cells))
     ask = ["check", str(path), "--no-config", "--min-angle", "1", "--gate", "height-min>=0.1"]
     code = (
-        "import sys; from meshopt_cli.cli.main import status_of\n"
+        "import sys; from meshopt_cli.cli.entry import status_of\n"
         f"assert status_of({ask!r}) == 0\n"
         "print([m for m in sys.modules if m.startswith('meshopt_cli.kernels.shape.')])"
     )

@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from meshopt_cli import formats
-from meshopt_cli.cli.main import status_of
+from meshopt_cli.cli.entry import status_of
 from support.edits import shaken
 from support.meshes import tet_grid, tri_grid
 from support.samples import ROOT

@@ -10,7 +10,8 @@ import click
 import pytest
 
 from meshopt_cli.cli.check import command
-from meshopt_cli.cli.main import main, status_of
+from meshopt_cli.cli.entry import status_of
+from meshopt_cli.cli.main import main
 from meshopt_cli.formats import FORMATS
 from meshopt_cli.quality.measures import MEASURES
 from meshopt_cli.validity import RULES

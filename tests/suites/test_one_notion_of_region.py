@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from meshopt_cli import formats
 from meshopt_cli.cells import FAMILIES
-from meshopt_cli.cli.main import status_of
+from meshopt_cli.cli.entry import status_of
 from meshopt_cli.errors import ConfigError
 from meshopt_cli.mesh.cast import cast
 from meshopt_cli.mesh.model import Block, Mesh

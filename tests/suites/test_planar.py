@@ -6,7 +6,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from meshopt_cli import formats
-from meshopt_cli.cli.main import status_of
+from meshopt_cli.cli.entry import status_of
 from meshopt_cli.errors import UnsupportedMeshError
 from meshopt_cli.mesh.cast import cast
 from meshopt_cli.mesh.plane import plane_of, precision_of

@@ -17,7 +17,7 @@ from hypothesis import given, note
 from hypothesis import strategies as st
 
 from meshopt_cli import formats
-from meshopt_cli.cli.main import status_of
+from meshopt_cli.cli.entry import status_of
 from meshopt_cli.passes import PASSES
 from meshopt_cli.quality.measures import QUALITIES
 from support.domain import Domain, assert_same_domain, assert_same_shape, assert_valid, worst_q

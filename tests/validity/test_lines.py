@@ -53,7 +53,7 @@ def test_ends_in_one_place(columns):
     ],
 )
 def test_the_command(tmp_path, make, status, said, capsys):
-    from meshopt_cli.cli.main import status_of
+    from meshopt_cli.cli.entry import status_of
 
     path = write(tmp_path / "lines.vtu", make())
     assert status_of(["check", str(path)]) == status
@@ -62,7 +62,7 @@ def test_the_command(tmp_path, make, status, said, capsys):
 
 
 def test_lines_cannot_be_optimized(tmp_path, capsys):
-    from meshopt_cli.cli.main import status_of
+    from meshopt_cli.cli.entry import status_of
 
     path = write(tmp_path / "lines.vtu", chain(3))
     assert status_of(["optimize", str(path), str(tmp_path / "out.vtu")]) == 1

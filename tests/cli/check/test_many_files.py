@@ -46,7 +46,7 @@ def test_processes_change_nothing(check, folder, form):
 
 def test_small_files_need_no_compiler(good):
     code = (
-        "import sys; from meshopt_cli.cli.main import status_of\n"
+        "import sys; from meshopt_cli.cli.entry import status_of\n"
         f"assert status_of(['check', {str(good)!r}, '--min-angle', '1']) == 0\n"
         "print({'numba', 'tqdm'} & set(sys.modules))"
     )

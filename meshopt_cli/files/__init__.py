@@ -1,0 +1,1 @@
+"""Files and pipes that something is written to, whatever it is."""
