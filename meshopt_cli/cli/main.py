@@ -31,6 +31,7 @@ COMMANDS = {
     "optimize": ("optimize", "Optimize a mesh and report what changed."),
     "check": ("check", "Look for everything that makes meshes invalid."),
     "report": ("report", "Show the quality of meshes."),
+    "repair": ("repair", "Mend what is wrong with a mesh, on request."),
     "list": ("listing", "List passes, measures, formats, rules or presets."),
 }
 

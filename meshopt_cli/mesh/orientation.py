@@ -10,26 +10,43 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..cells import SIMPLICES, dimension_of
+from ..cells import SIMPLICES, dimension_of, family_of
 from . import adjacency
 from .model import Array, Mesh, main_blocks, main_type
 from .plane import plane_of, precision_of, with_depth
-from .second_order import by_corners, taken_in_order
+from .second_order import by_corners, has_known_nodes, taken_in_order
 from .sizes import contents
+
+# The other direction of each family: its corners as a mirror would show them.
+_MIRRORED = {
+    "line": [1, 0],
+    "triangle": [0, 2, 1],
+    "quad": [0, 3, 2, 1],
+    "tetra": [0, 1, 3, 2],
+    "pyramid": [0, 3, 2, 1, 4],
+    "wedge": [0, 2, 1, 3, 5, 4],
+    "hexahedron": [0, 3, 2, 1, 4, 7, 6, 5],
+}
+
+
+def can_be_turned(cell_type: str) -> bool:
+    """Whether cells of a type can be listed in the other direction: of first or second order."""
+    return has_known_nodes(cell_type)
 
 
 def turned(cells: Array, cell_type: str | None = None) -> Array:
-    """Simplices in the other direction: their last two corners exchanged.
+    """Cells in the other direction; simplices with their last two corners exchanged.
 
     Parameters
     ----------
     cells : (n, k) int64
     cell_type : str, optional
-        Of first or second order; of first order where it is left out.
+        See `can_be_turned`; the simplex with so many vertices where it is left out.
     """
     cell_type = cell_type or SIMPLICES[cells.shape[1] - 1]
-    *first, last_but_one, last = range(dimension_of(cell_type) + 1)
-    return cells[:, taken_in_order(cell_type, [*first, last, last_but_one])]
+    family = family_of(cell_type)
+    assert family is not None
+    return cells[:, taken_in_order(cell_type, _MIRRORED[family.name])]
 
 
 def with_positive_cells(mesh: Mesh) -> tuple[Mesh, int]:
@@ -60,15 +77,37 @@ def with_agreeing_cells(mesh: Mesh) -> tuple[Mesh, int]:
     other = width * (beyond[one] // 4) + beyond[one] % 4
     rows = adjacency.facets(cells)
     against = adjacency.same_direction(rows[one], rows[other])
-    one, other = one // width, other // width
+    return _with_turned(
+        mesh, against_most(one // width, other // width, against, _sizes(mesh, cells))
+    )
+
+
+def against_most(one: Array, other: Array, against: Array, size: Array) -> Array:
+    """Which cells run the other way round than most of what they hang together with.
+
+    Parameters
+    ----------
+    one, other : (m,) int64
+        Cells that have a facet in common.
+    against : (m,) bool
+        Whether both run round it in the same direction, so that one of them is to be turned.
+    size : (n,) float64
+        Signed volumes, or areas, of all cells: the greater sum is the right way round.
+
+    Returns
+    -------
+    chosen : (n,) bool
+        None of a part that has no two sides.
+    """
+    n = len(size)
     # Every cell is there twice, as it is (k) and turned (n + k), and linked to what it agrees with.
     ones = np.concatenate([one, n + one])
     others = np.concatenate([np.where(against, n, 0) + other, np.where(against, 0, n) + other])
     part = adjacency.first_of(2 * n, ones, others)
     as_is, reverse = part[:n], part[n:]
-    size = _sizes(mesh, cells)
     total = np.bincount(as_is, size, 2 * n) + np.bincount(reverse, -size, 2 * n)
-    return _with_turned(mesh, total[as_is] < total[reverse])
+    is_less, is_equal = total[as_is] < total[reverse], total[as_is] == total[reverse]
+    return is_less | (is_equal & (as_is > reverse))  # of two halves, that of the first cell stays
 
 
 def hangs_together(mesh: Mesh, near: Array | None = None) -> bool:

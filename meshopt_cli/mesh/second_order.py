@@ -177,13 +177,20 @@ def is_second_order(mesh: Mesh) -> bool:
     return mesh.dimension() >= 2 and all(b.type in MIDDLES for b in top_blocks(mesh))
 
 
+def has_known_nodes(cell_type: str) -> bool:
+    """Whether it is known where the nodes of a type are: of first or second order."""
+    return cell_type in ELEMENTS or cell_type in MIDDLES or cell_type in SIMPLICES
+
+
 def taken_in_order(cell_type: str, corners: list[int]) -> list[int]:
-    """The nodes of a simplex of first or second order whose corners are taken in another order."""
-    if cell_type not in MIDDLES:
-        return corners
-    edges = [frozenset(ends) for ends in MIDDLES[cell_type].tolist()]
-    taken = [frozenset(corners[end] for end in ends) for ends in edges]
-    return [*corners, *(len(corners) + edges.index(ends) for ends in taken)]
+    """The nodes of a cell of first or second order whose corners are taken in another order."""
+    if cell_type in MIDDLES:
+        middles = [tuple(ends) for ends in MIDDLES[cell_type].tolist()]
+    else:
+        middles = list(ELEMENTS[cell_type].middles) if cell_type in ELEMENTS else []
+    of = [frozenset(middle) for middle in middles]
+    taken = [frozenset(corners[corner] for corner in middle) for middle in middles]
+    return [*corners, *(len(corners) + of.index(middle) for middle in taken)]
 
 
 def by_corners(mesh: Mesh) -> Mesh:

@@ -69,6 +69,22 @@ def is_called_number(name: str) -> bool:
     return bool(_NUMBER.search(name))
 
 
+def is_identity(name: str, values: Array) -> bool:
+    """Whether the values of an array are numbers that nothing else may have; reals have to be
+    called so, as most that are whole are not meant to be."""
+    return (values.dtype.kind in "iu" or is_called_number(name)) and is_number(name, values)
+
+
+def numbered(values: Array, is_new: Array, *taken: Array) -> Array:
+    """Numbers, of which the new ones follow the greatest of those that are taken."""
+    first = max(int(numbers.max()) for numbers in taken if len(numbers)) + 1
+    n = np.count_nonzero(is_new)
+    if values.dtype.kind in "iu" and first + n > np.iinfo(values.dtype).max:
+        values = values.astype(np.int64)
+    values[is_new] = np.arange(first, first + n)
+    return values
+
+
 def is_tag(name: str, arrays: list[Array]) -> bool:
     """Whether an array, given block by block, tells regions of the cells apart."""
     if _tells_nothing(name) or not all(is_whole(a) for a in arrays):

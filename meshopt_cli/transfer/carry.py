@@ -31,8 +31,8 @@ from ..mesh.tags import (
     REQUIRED,
     TAG_NAMES,
     TANGENT,
-    is_called_number,
-    is_number,
+    is_identity,
+    numbered,
     regions_of,
 )
 from .places import cells_at
@@ -132,8 +132,8 @@ def carry_on_points(
         nearest = np.take_along_axis(nodes, shares.argmax(axis=1)[:, None], axis=1)[:, 0]
     for name in fields:
         values = mesh.point_data[name]
-        if _is_identity(name, values):
-            carried[name] = _numbered(carried[name], origin < 0, values)
+        if is_identity(name, values):
+            carried[name] = numbered(carried[name], origin < 0, values)
         elif values.dtype.kind == "f":
             at_nodes = values[nodes].astype(np.float64)
             carried[name][rows] = np.einsum("ij,ij...->i...", shares, at_nodes)
@@ -183,22 +183,6 @@ def _sources(
     return rows, nodes, shares
 
 
-def _is_identity(name: str, values: Array) -> bool:
-    """Whether the values of an array are numbers that nothing else may have; reals have to be
-    called so, as most that are whole are not meant to be."""
-    return (values.dtype.kind in "iu" or is_called_number(name)) and is_number(name, values)
-
-
-def _numbered(values: Array, is_new: Array, *taken: Array) -> Array:
-    """Numbers, of which the new ones follow the greatest of those that are taken."""
-    first = max(int(numbers.max()) for numbers in taken if len(numbers)) + 1
-    n = np.count_nonzero(is_new)
-    if values.dtype.kind in "iu" and first + n > np.iinfo(values.dtype).max:
-        values = values.astype(np.int64)
-    values[is_new] = np.arange(first, first + n)
-    return values
-
-
 def _places(before: Simplices, result: Mesh, rows: Array) -> Array:
     """Points of a result where `before` has its own: in its plane, if it has one."""
     points = with_depth(result.points[rows])
@@ -228,9 +212,9 @@ def _carry_cell_data(
             dropped.append(name)
             continue
         there, carried = here[donors], values[donors]
-        if _is_identity(name, values[here]):
+        if is_identity(name, values[here]):
             taken = [block.data[name] for block in mesh.blocks if name in block.data]
-            carried = _numbered(values[twins], there & (twins < 0), *taken)
+            carried = numbered(values[twins], there & (twins < 0), *taken)
         for own, part in zip(data, parts, strict=True):
             if there[part].any():
                 own[name] = carried[part]

@@ -246,16 +246,21 @@ class Domain:
     skin : Skin
     sides : Sides
         Of the facets of `skin`.
-    missing : list of (n,) int64
-        Numbers of the cells around each void that one cell would fill.
+    voids : list of Skin
+        The facets around each void that one cell would fill.
     sign : float
         -1 where all cells have the other orientation, else 1.
     """
 
     skin: Skin
     sides: Sides
-    missing: list[Array]
+    voids: list[Skin]
     sign: float
+
+    @property
+    def missing(self) -> list[Array]:
+        """Numbers of the cells around each void."""
+        return [void.owners for void in self.voids]
 
 
 def domain_of(study: Study, explained: Array) -> Domain:
@@ -272,7 +277,7 @@ def domain_of(study: Study, explained: Array) -> Domain:
     voids: list[Array] = []
     if study.dimension == 3 or study.plane is not None:
         voids = missing_cells(study, skin, sides, sign, explained)
-    around = [skin.owners[rows] for rows in voids]
+    around = [skin.take(rows) for rows in voids]
     if voids:
         kept = np.ones(len(skin.rows), dtype=bool)
         kept[np.concatenate(voids)] = False

@@ -20,6 +20,7 @@ class Shape:
     flat: Array
     quads: Array  # int64: 0, or 1 + the message of M104
     turned: bool  # the whole mesh has the other orientation
+    has_upside: bool = False  # in the plane: cells that are to be seen from one side of it
 
 
 def shape_of(study: Study) -> Shape:
@@ -70,7 +71,8 @@ def _shape_in_plane(study: Study, shape: Shape) -> Shape:
     # A plane of triangles may be seen from either side; a quad that runs clockwise in the
     # plane of x and y is negative by definition (Figure 18.5).
     below = sum(float(area.sum()) for area, _ in found) < 0
-    sign = -1 if below and not (normal == 2 and "quad" in families) else 1
+    has_upside = normal == 2 and "quad" in families
+    sign = -1 if below and not has_upside else 1
     for group, (area, flat) in zip(study.cell_sets, found, strict=True):
         n_negative = ((sign * area < 0) & ~flat).sum(axis=1)
         n_positive = ((sign * area > 0) & ~flat).sum(axis=1)
@@ -78,7 +80,7 @@ def _shape_in_plane(study: Study, shape: Shape) -> Shape:
         shape.flat[group.numbers] = flat.all(axis=1)
         if group.family == "quad":
             shape.quads[group.numbers] = _quad_cases(n_negative, n_positive)
-    return shape
+    return replace(shape, has_upside=has_upside)
 
 
 def _quad_cases(n_negative: Array, n_positive: Array) -> Array:

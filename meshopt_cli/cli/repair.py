@@ -1,0 +1,79 @@
+"""`meshopt repair`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..errors import EXIT_BAD_MESH, EXIT_DONE
+from ..repair import MENDS
+from .options import number_option, verbosity_options
+
+
+def mend_options(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A flag for each mend."""
+    for mend in reversed(MENDS.values()):
+        function = click.option(f"--{mend.name}", is_flag=True, help=f"{mend.summary}.")(function)
+    return function
+
+
+@click.command("repair")
+@click.argument("input", type=click.Path(path_type=Path))
+@click.argument("output", type=click.Path(path_type=Path), required=False)
+@mend_options
+@click.option("--all", "every", is_flag=True, help="All of these.")
+@number_option("tolerance", metavar="T",
+               help="Points nearer than T of the extent are in one place.")  # fmt: skip
+@click.option("--json", "as_json", is_flag=True, help="Print the report as JSON.")
+@click.option("--file-format", metavar="NAME", help="Format of OUTPUT; see `meshopt list formats`.")
+@click.option("--input-format", metavar="NAME", help="Format of INPUT, whatever its name.")
+@click.option(
+    "--binary/--ascii", default=None,
+    help="Write binary or text, where the format has both; as INPUT was without.",
+)  # fmt: skip
+@click.option("--in-place", is_flag=True, help="OUTPUT may be INPUT, and is when it is left out.")
+@verbosity_options
+def command(
+    input: Path,
+    output: Path | None,
+    every: bool,
+    tolerance: float | None,
+    as_json: bool,
+    file_format: str | None,
+    input_format: str | None,
+    binary: bool | None,
+    in_place: bool,
+    verbosity: int,
+    **chosen: bool,
+) -> int:
+    """Mend what is wrong with the mesh in INPUT, and write it to OUTPUT.
+
+    Nothing is mended that is not asked for. What was done is counted, and what `meshopt check`
+    still finds is shown; errors among it make the exit status 1, although OUTPUT is written.
+    """
+    from ..formats import PIPE
+    from ..jobs.optimize_file import place_of
+    from ..jobs.repair_file import RepairTask, repair_file
+    from ..report.repair import left_lines, repair_lines, to_json
+    from ..validity.rules import RULES
+
+    names = tuple(name for name in MENDS if every or chosen[name])
+    if not names:
+        flags = ", ".join(f"--{name}" for name in MENDS)
+        raise click.UsageError(f"say what to mend: --all, or some of {flags}")
+    place = place_of(input, output, in_place)
+    task = RepairTask(input, place, names, tolerance, input_format, file_format, binary)
+    report = repair_file(task)
+    err = place == PIPE
+    if as_json:
+        click.echo(to_json(report), nl=False, err=err)
+    elif verbosity >= 0:
+        titles = {code: rule.title for code, rule in RULES.items()}
+        for line in repair_lines(report, titles):
+            click.echo(line, err=err)
+        for line in left_lines(report):
+            click.echo(line, err=True)
+    return EXIT_DONE if report.after.is_valid else EXIT_BAD_MESH
