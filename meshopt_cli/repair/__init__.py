@@ -15,11 +15,12 @@ import numpy as np
 from ..errors import BadMeshError
 from ..mesh.model import Mesh
 from ..validity.examination import Examination
-from .cells import drop_duplicates, drop_lost_facets, turn
+from .cells import drop_duplicates, drop_lost_facets
 from .fill import fill
 from .flat import drop_flat
 from .model import Mend, Mended
 from .points import drop_unused, merge
+from .turn import turn
 
 __all__ = ["MENDS", "Mend", "Mended", "Repaired", "repair"]
 
@@ -73,8 +74,10 @@ def repair(mesh: Mesh, names: Iterable[str], tolerance: float | None = None) -> 
     Raises
     ------
     BadMeshError
-        No cell would be left.
+        It has no cells, or none would be left.
     """
+    if mesh.dimension() < 0:
+        raise BadMeshError("there are no cells in it")
     wanted = set(names)
     done: dict[str, Mended] = {}
     with np.errstate(all="ignore"):
@@ -84,6 +87,6 @@ def repair(mesh: Mesh, names: Iterable[str], tolerance: float | None = None) -> 
                 done[name] = mended = mend.apply(study)
                 if mended.mesh is not study.mesh:
                     study = Examination(mended.mesh, tolerance=tolerance)
-    if mesh.dimension() >= 0 > study.mesh.dimension():
+    if study.mesh.dimension() < 0:
         raise BadMeshError("no cell of it would be left: nothing written")
     return Repaired(study.mesh, done)
