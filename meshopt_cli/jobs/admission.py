@@ -31,6 +31,8 @@ CURVED = {"M105"}
 # The rule that bodies break which reach into each other.
 OVERLAPPING = {"M209"}
 
+REPAIR = "repair "  # what calls begin with that mend a mesh without optimizing it
+
 TURNED = "cells are listed the other way round, and turned: %d"
 
 
@@ -81,8 +83,14 @@ def require_simplices(mesh: Mesh) -> None:
 def _not_valid(report: validity.Report, allowed: tuple[str, ...] = ()) -> str:
     codes = sorted(errors_in(report))
     hint = ""
+    flags = dict.fromkeys(
+        call.removeprefix(REPAIR) for group in report.errors for call in group.rule.calls
+        if call.startswith(REPAIR)
+    )  # fmt: skip
+    if flags:
+        hint += f"; what can be mended: meshopt {REPAIR}{' '.join(flags)}"
     if all(group.rule.can_be_meant for group in report.errors):
-        hint = f"; if that is meant: --allow {','.join(sorted({*codes, *allowed}))}"
+        hint += f"; if that is meant: --allow {','.join(sorted({*codes, *allowed}))}"
     return f"the mesh is not valid ({', '.join(codes)}): nothing written{hint}"
 
 

@@ -24,6 +24,7 @@ from ..quality.measures import QUALITIES, Measure
 from ..quality.summary import Summary, summarize
 from ..quality.target import forced_angles
 from ..transfer.carry import carry_on_cells, carry_on_points, tags_only
+from ..work.standing import Standing
 from .admission import (
     CURVED,
     InvalidMeshError,
@@ -33,6 +34,7 @@ from .admission import (
     require_simplices,
 )
 from .curved import require_plane, to_be_kept, warn_of_curved
+from .mending import mended
 from .regions import doubt_regions
 
 log = logging.getLogger("meshopt")
@@ -67,6 +69,8 @@ class Prepared:
         What makes regions of its cells.
     allowed : tuple of str
         Codes of the rules that the mesh may break, and the result too.
+    mends : tuple of Line
+        What was mended of it before.
     """
 
     source: Mesh
@@ -78,6 +82,7 @@ class Prepared:
     tangle: validity.Report | None
     regions: Regions
     allowed: tuple[str, ...] = ()
+    mends: tuple[Line, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -178,7 +183,7 @@ def optimize(
         measure,
         before,
         after,
-        worked.lines,
+        prepared.mends + worked.lines,
         worked.stopped,
         seconds,
         prepared.regions,
@@ -194,7 +199,7 @@ def prepare(
     others: tuple[Measure, ...] = (),
     allowed: tuple[str, ...] = (),
 ) -> Prepared:
-    """Admit a mesh, and take from it what is worked on.
+    """Mend a mesh as the pipeline says, admit it, and take from it what is worked on.
 
     Parameters
     ----------
@@ -208,6 +213,7 @@ def prepare(
     InvalidMeshError, BadMeshError, UnsupportedMeshError
         See `optimize`.
     """
+    mesh, tallies = mended(mesh, pipeline.repairs)
     require_simplices(mesh)
     require_range(mesh)
     source, tangle = admit(mesh, pipeline.mends_tangles, allowed)
@@ -223,7 +229,9 @@ def prepare(
         doubt_regions(part, regions)
     before = summarize(part, measure, others)
     boundary = policy.bound_to(mesh, part)
-    return Prepared(source, mesh, second, part, boundary, before, tangle, regions, allowed)
+    standing = Standing(1.0 / before.worst, before.mean, before.mean)
+    mends = tuple(Line(0, tally, standing) for tally in tallies)
+    return Prepared(source, mesh, second, part, boundary, before, tangle, regions, allowed, mends)
 
 
 def _part_of(source: Mesh, second: SecondOrder | None, allowed: tuple[str, ...]) -> Simplices:

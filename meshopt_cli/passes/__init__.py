@@ -7,6 +7,7 @@ from .check import Check
 from .collapse import Collapse
 from .mend import Mend
 from .relax import Relax
+from .repair import Repair
 from .run import SILENT, UNLIMITED, Budget, Observer, OutOfTimeError, Silent, Tally
 from .smooth import Smooth
 from .split import Split
@@ -14,7 +15,7 @@ from .swap import Swap
 from .untangle import Untangle
 
 PASSES: dict[str, type[Pass]] = {
-    p.name: p for p in (Check, Untangle, Smooth, Swap, Collapse, Relax, Split, Mend)
+    p.name: p for p in (Check, Repair, Untangle, Smooth, Swap, Collapse, Relax, Split, Mend)
 }
 
 __all__ = [

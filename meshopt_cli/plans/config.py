@@ -9,6 +9,7 @@ from typing import Any
 
 from ..errors import ConfigError
 from ..passes import PASSES, Pass
+from ..passes.repair import Repair
 from ..quality.measures import DEFAULT_MEASURE, Measure, measure_named
 from .pipeline import Pipeline
 from .presets import DEFAULT_PRESET, preset_named
@@ -114,15 +115,16 @@ def _plan(values: dict[str, Any], request: Request, dimension: int) -> Plan:
     wanted = {key.replace("-", "_"): values[key] for key in STOPS if key in values}
     stop = replace(preset.stop, **wanted)
     all_measures = False
+    repairs: list[Repair] = []
     stages: tuple[Stage, ...]
     if request.passes is not None:
-        name, steps = "custom", tuple(pass_named(n)() for n in request.passes)
-        stages = (Repeat(Sequence(steps), stop),)
+        name, steps = "custom", [pass_named(n)() for n in request.passes]
+        stages = (Repeat(_sequence(steps, repairs), stop),)
     elif "pass" in values or "before" in values:
         name = "custom"
-        before = tuple(_pass(table, "before") for table in values.get("before", []))
-        steps = tuple(_pass(table, "pass") for table in values.get("pass", []))
-        stages = (Sequence(before), Repeat(Sequence(steps), stop)) if steps else (Sequence(before),)
+        before = _sequence([_pass(t, "before") for t in values.get("before", [])], repairs)
+        steps = [_pass(table, "pass") for table in values.get("pass", [])]
+        stages = (before, Repeat(_sequence(steps, repairs), stop)) if steps else (before,)
     else:
         name, stages = preset.name, preset.build(stop, dimension)
         all_measures = preset.all_measures
@@ -130,7 +132,13 @@ def _plan(values: dict[str, Any], request: Request, dimension: int) -> Plan:
     allow = tuple(values.get("allow", ()))
     if not all(isinstance(code, str) for code in allow):
         raise ConfigError(f"allow has a value of a wrong kind: {list(allow)!r}")
-    return Plan(Pipeline(name, stages, limit), measure, all_measures, allow)
+    return Plan(Pipeline(name, stages, limit, tuple(repairs)), measure, all_measures, allow)
+
+
+def _sequence(steps: list[Pass], repairs: list[Repair]) -> Sequence:
+    """Passes in order; those that mend the mesh of the file are put aside, in `repairs`."""
+    repairs += [step for step in steps if isinstance(step, Repair)]
+    return Sequence(tuple(step for step in steps if not isinstance(step, Repair)))
 
 
 def load(path: Path) -> dict[str, Any]:

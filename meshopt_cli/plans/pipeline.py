@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from ..passes import SILENT, Budget, Observer, OutOfTimeError, Pass
 from ..passes.check import Check
+from ..passes.repair import Repair
 from ..work.session import Workspace
 from .stages import Change, Outcome, Stage
 from .stop import NOTHING_TO_GAIN, TANGLED, TIME_IS_UP, gain
@@ -25,13 +26,17 @@ class Pipeline:
     ----------
     time_limit : float
         Seconds from the start of the run.
+    repairs : tuple of Repair
+        What is to be mended of a mesh before it is worked on; `run` has no part in it.
     """
 
     name: str
     stages: tuple[Stage, ...]
     time_limit: float = float("inf")
+    repairs: tuple[Repair, ...] = ()
 
     def passes(self) -> Iterator[Pass]:
+        yield from self.repairs
         for stage in self.stages:
             yield from stage.passes()
 
@@ -42,7 +47,9 @@ class Pipeline:
 
     def mapped(self, change: Change) -> Pipeline:
         """The same pipeline with other passes in the place of its own."""
-        return replace(self, stages=tuple(stage.mapped(change) for stage in self.stages))
+        repairs = tuple(step for step in map(change, self.repairs) if isinstance(step, Repair))
+        stages = tuple(stage.mapped(change) for stage in self.stages)
+        return replace(self, stages=stages, repairs=repairs)
 
     def run(self, work: Workspace, observer: Observer | None = None) -> Outcome:
         """Optimize a mesh in place of a copy of it.

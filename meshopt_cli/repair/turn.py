@@ -36,12 +36,13 @@ def turn(study: Examination) -> Mended:
     counts = {"cells whose corners were put in order": n_ordered, "cells turned": 0}
     if not (study.shape.inverted.any() or study.shape.turned or len(study.disagreeing[0])):
         return Mended(mesh, counts)
-    pairs = [facets.pairs() for facets in study.facet_sets]
+    facet_sets = study.distinct_facets
+    pairs = [facets.pairs() for facets in facet_sets]
     against = [
         same_direction(facets.rows[one], facets.rows[other])
-        for facets, (one, other) in zip(study.facet_sets, pairs, strict=True)
+        for facets, (one, other) in zip(facet_sets, pairs, strict=True)
     ]
-    sides = zip(study.facet_sets, pairs, strict=True)
+    sides = zip(facet_sets, pairs, strict=True)
     ends = [(facets.owners[one], facets.owners[other]) for facets, (one, other) in sides]
     one, other = (np.concatenate(part) for part in zip(*ends, strict=True))
     size = _sizes(study)

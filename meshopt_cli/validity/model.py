@@ -96,7 +96,7 @@ class Rule:
     source : str
         Section of the book, or nothing.
     fix : str
-        What to do about it, one line.
+        What to do about it, or what there is to know about `calls`, one line.
     find : function of an Examination
     cost : str
         `ARRAYS`: a few passes over arrays; `SEARCH`: a search in space besides.
@@ -104,6 +104,8 @@ class Rule:
         Whether it is looked for only where `select` names it or its group.
     can_be_meant : bool
         Whether a sound mesh may break it on purpose, so that it can be allowed.
+    calls : tuple of str
+        Commands, with their options, that mend it, or most of its cases: "repair --merge".
     """
 
     code: str
@@ -116,15 +118,19 @@ class Rule:
     cost: str = ARRAYS
     on_request: bool = False
     can_be_meant: bool = False
+    calls: tuple[str, ...] = ()
 
     @property
     def advice(self) -> str:
-        """What to do about it, or how to say that it is meant, where it can be."""
-        if not self.can_be_meant:
-            return self.fix
-        return (
-            f"{self.fix} If it is meant: check --ignore {self.code}, optimize --allow {self.code}."
-        )
+        """What mends it, what else to do, and how to say that it is meant, where it can be."""
+        parts = [self.fix]
+        if self.calls:
+            parts.insert(0, f"{', or '.join(f'meshopt {call} IN OUT' for call in self.calls)}.")
+        if self.can_be_meant:
+            parts.append(
+                f"If it is meant: check --ignore {self.code}, optimize --allow {self.code}."
+            )
+        return " ".join(parts)
 
 
 @dataclass(frozen=True)
@@ -213,13 +219,15 @@ def rule(
     cost: str = ARRAYS,
     on_request: bool = False,
     can_be_meant: bool = False,
+    calls: tuple[str, ...] = (),
 ) -> Callable[[Callable[[Examination], Places]], Rule]:
     """Make a rule of a function, a row of `rules.RULES`."""
 
     def made(find: Callable[[Examination], Places]) -> Rule:
         return Rule(
-            code, severity, title, explanation, source, fix, find, cost, on_request, can_be_meant
-        )
+            code, severity, title, explanation, source, fix, find, cost, on_request,
+            can_be_meant, calls,
+        )  # fmt: skip
 
     return made
 

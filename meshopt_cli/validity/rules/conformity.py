@@ -17,7 +17,8 @@ MOST_OTHERS = 3  # related cells that a finding names at most
     ERROR,
     "duplicate cell",
     explanation="Two cells of the same type have the same vertices.",
-    fix="Remove the later one; often a file was joined with itself.",
+    calls=("repair --duplicates",),
+    fix="Often a file was joined with itself.",
 )
 def find_duplicates(study: Examination) -> Places:
     found = zip(study.duplicates, duplicates_in(study.lower.sets, study.n_points), strict=True)
@@ -30,7 +31,8 @@ def find_duplicates(study: Examination) -> Places:
     ERROR,
     "coincident points",
     explanation="Two points, at least one of them in use, are in the same place.",
-    fix="Merge them in the program that made the mesh; leave them apart where that is meant.",
+    calls=("repair --merge",),
+    fix="Cracks and contacts have such points, and so has the output of discontinuous methods.",
     can_be_meant=True,
 )
 def find_coincident(study: Examination) -> Places:
@@ -57,6 +59,7 @@ def find_coincident(study: Examination) -> Places:
     WARNING,
     "unused point",
     explanation="A point is no vertex of any cell, or only of one of type vertex.",
+    calls=("repair --unused",),
     fix="Nothing needs to be done; some solvers refuse such points.",
 )
 def find_unused(study: Examination) -> Places:
@@ -69,7 +72,8 @@ def find_unused(study: Examination) -> Places:
     "facet shared by more than two cells",
     explanation="Three or more cells have a facet in common, so two overlap; not in a surface.",
     source="18.7.1",
-    fix="Remove the cell that does not belong there.",
+    calls=("repair --duplicates",),
+    fix="Where no cell is there twice, remove the one that does not belong there.",
 )
 def find_crowded(study: Examination) -> Places:
     cells, _ = crowded([] if study.may_branch else study.facet_sets)
@@ -105,7 +109,8 @@ def crowded(facet_sets: list[FacetSet]) -> tuple[Array, Array]:
     "hanging node or crack",
     explanation="A vertex lies on a facet that does not have it, or two facets coincide.",
     source="18.7.1",
-    fix="Merge the points of a crack that is not meant; split the cell at a hanging node.",
+    calls=("repair --merge",),
+    fix="Points of a crack are merged; a cell with a hanging node is to be split there.",
     can_be_meant=True,
 )
 def find_hanging(study: Examination) -> Places:

@@ -13,7 +13,9 @@ from ..model import ERROR, Places, at_cells, rule
     ERROR,
     "coordinate not finite",
     explanation="A coordinate of a point is infinite or not a number.",
-    fix="Find out what wrote the point: most often a division by zero or a failed export.",
+    calls=("repair --unused",),
+    fix="Only a point that no cell has is dropped; else find out what wrote it: most often a "
+    "division by zero or a failed export.",
 )
 def find_not_finite(study: Examination) -> Places:
     return Places(("a coordinate is not finite",), points=np.flatnonzero(~study.finite))
@@ -35,7 +37,8 @@ def find_out_of_range(study: Examination) -> Places:
     ERROR,
     "vertex repeated in a cell",
     explanation="A cell has the same vertex at two of its corners.",
-    fix="Remove the cell, or write it as the simpler type that it really is.",
+    calls=("repair --flat",),
+    fix="Where the cell is no simpler one either, write it anew.",
 )
 def find_repeated(study: Examination) -> Places:
     repeated = (study.repeated & ~study.out_of_range) | study.repeated_lower

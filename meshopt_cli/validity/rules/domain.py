@@ -50,7 +50,8 @@ def find_not_manifold(study: Examination) -> Places:
     "neighbours disagree in orientation",
     explanation="Two cells run round their common facet in the same direction.",
     source="18.7.1",
-    fix="Turn one of them; solids, and cells in the plane, lie on the same side of the facet.",
+    calls=("repair --orientation",),
+    fix="Cells of a surface are turned; solids and cells in a plane that stay lie across others.",
 )
 def find_disagreeing(study: Examination) -> Places:
     one, other = study.disagreeing
@@ -73,7 +74,8 @@ def find_disagreeing(study: Examination) -> Places:
     "declared facet that bounds no cell",
     explanation="A facet that the file lists is a facet of no cell, between vertices of the cells.",
     source="18.7.1",
-    fix="Remove it, or add the cell that it bounds; often the cell was deleted.",
+    calls=("repair --facets",),
+    fix="Or add the cell that it bounds; often that was deleted.",
     can_be_meant=True,
 )
 def find_unbound(study: Examination) -> Places:
@@ -105,6 +107,7 @@ def find_overlapping(study: Examination) -> Places:
     "volumes do not add up to what the boundary encloses",
     explanation="The cells have more or less volume, or area, together than their boundary holds.",
     source="18.1.1",
+    calls=("optimize",),
     fix="Look at the cells that disagree (M207) or overlap (M209): some lie across others.",
 )
 def find_excess(study: Examination) -> Places:
@@ -136,7 +139,8 @@ def find_excess(study: Examination) -> Places:
     "missing cell",
     explanation="The mesh has a closed void that one cell would fill.",
     source="18.7.1",
-    fix="Add the cell, or leave it out of the boundary on purpose by a finer mesh around it.",
+    calls=("repair --fill",),
+    fix="Or leave it out of the boundary on purpose, by a finer mesh around it.",
     can_be_meant=True,
 )
 def find_missing(study: Examination) -> Places:

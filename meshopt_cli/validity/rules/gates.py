@@ -21,7 +21,8 @@ from ..model import ERROR, WARNING, Places, at_cells, rule
     "cell worse than --fail-above",
     explanation="The Q of the cell is above the limit that was set.",
     source="18.2.1",
-    fix="Optimize the mesh, or mesh anew where the boundary forces bad cells.",
+    calls=("optimize",),
+    fix="Mesh anew where the boundary forces bad cells.",
 )
 def find_worse(study: Examination) -> Places:
     return _beyond(study, _limits(study, "M401"), lambda limit: f"Q above {limit.value:g}")
@@ -33,7 +34,8 @@ def find_worse(study: Examination) -> Places:
     "angle beyond a limit",
     explanation="An angle of the cell is beyond --min-angle or --max-angle.",
     source="Definition 18.1",
-    fix="Optimize with --measure angle-min or angle-max, or mesh anew around the cell.",
+    calls=("optimize",),
+    fix="Choose --measure angle-min or angle-max, or mesh anew around the cell.",
 )
 def find_angles(study: Examination) -> Places:
     return _beyond(study, _limits(study, "M402"))
@@ -57,7 +59,8 @@ def find_small(study: Examination) -> Places:
     "cell beyond another gate",
     explanation="The cell is beyond a limit set by --gate or --max-aspect.",
     source="18.2.2",
-    fix="Optimize by the measure that the gate is put on, or mesh anew around the cell.",
+    calls=("optimize",),
+    fix="Choose the measure that the gate is put on, or mesh anew around the cell.",
 )
 def find_beyond(study: Examination) -> Places:
     return _beyond(study, _limits(study, "M404"))

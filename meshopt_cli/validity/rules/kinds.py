@@ -39,7 +39,8 @@ def find_branches(study: Examination) -> Places:
     "sheets disagree in orientation",
     explanation="Sheets of a surface disagree where they meet in a fold, or a sheet with itself.",
     source="18.7.1",
-    fix="Turn all of a sheet where sides matter, as in a closed surface; else nothing.",
+    calls=("repair --orientation",),
+    fix="Where sides do not matter, nothing needs to be done.",
 )
 def find_seams(study: Examination) -> Places:
     one, other = (numbers[study.sheets.is_seam] for numbers in study.disagreeing)

@@ -16,7 +16,8 @@ from ..shape import flat_in
     "inverted cell",
     explanation="A cell, or a corner of it, has a negative volume, or area in the plane.",
     source="18.1.1, 18.1.2",
-    fix="Optimize: cells that are only listed the other way round are turned, others untangled.",
+    calls=("repair --orientation", "optimize"),
+    fix="Cells that are listed the other way round are turned, others untangled.",
 )
 def find_inverted(study: Examination) -> Places:
     numbers = np.flatnonzero(study.shape.inverted)
@@ -37,7 +38,8 @@ def find_inverted(study: Examination) -> Places:
     "flat cell",
     explanation="A cell, or a corner of a 3-D cell, has no volume, area or length for its size.",
     source="Remark 18.3",
-    fix="Optimize: swaps and collapses remove flat cells; or remove them where they were added.",
+    calls=("repair --flat", "optimize"),
+    fix="Flat cells at the boundary are dropped; swaps and collapses remove those between others.",
 )
 def find_flat(study: Examination) -> Places:
     flat = study.shape.flat.copy()
@@ -52,7 +54,8 @@ def find_flat(study: Examination) -> Places:
     "the whole mesh has the other orientation",
     explanation="Every cell has a negative volume: the vertices are listed the other way round.",
     source="18.1.2",
-    fix="Let optimize turn all cells, or change the order of vertices where the file is written.",
+    calls=("repair --orientation",),
+    fix="Or change the order of vertices where the file is written.",
 )
 def find_turned(study: Examination) -> Places:
     n = 1 if study.shape.turned else 0
@@ -65,7 +68,8 @@ def find_turned(study: Examination) -> Places:
     "quad not convex",
     explanation="A quad in the plane is not convex, intersects itself, or is degenerate.",
     source="18.1.3, Figure 18.5",
-    fix="Smooth the mesh, or split the quad in two triangles.",
+    calls=("repair --orientation",),
+    fix="Corners in another order are put in theirs; else split the quad in two triangles.",
 )
 def find_bad_quads(study: Examination) -> Places:
     numbers = np.flatnonzero(study.shape.quads)
@@ -85,6 +89,7 @@ def find_bad_quads(study: Examination) -> Places:
     "cell whose Jacobian is not positive",
     explanation="The Jacobian of a cell falls to zero or below, though its corners are in order.",
     source="Johnen, Remacle, Geuzaine 2013",
+    calls=("optimize",),
     fix="Move middle nodes towards the middles of their edges, or list nodes in the order of the "
     "format; straighten cells of first order. Cells with quarter points, meant: --ignore M105.",
 )
