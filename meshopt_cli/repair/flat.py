@@ -71,7 +71,8 @@ def _without_repeated(study: Examination) -> tuple[Mesh, int, int, int]:
             n_simpler += len(rows)
         n_gone += len(gone)
         n_left += len(here) - len(moved)
-    return replace(study.mesh, blocks=blocks), n_gone, n_simpler, n_left
+    mesh = replace(study.mesh, blocks=blocks) if n_gone or n_simpler else study.mesh
+    return mesh, n_gone, n_simpler, n_left
 
 
 def _simplified(block: Block, rows: Array) -> tuple[Array, list[tuple[str, Array, Row]]]:

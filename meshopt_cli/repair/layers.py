@@ -9,7 +9,7 @@ import numpy as np
 from ..cells import dimension_of
 from ..mesh.model import Array, Mesh
 from ..mesh.sizes import area_vectors, norms
-from ..mesh.tags import is_number
+from ..mesh.tags import is_identity
 from ..validity.examination import Examination
 from .edit import New, with_cells, without_cells
 from .model import Vertices
@@ -150,7 +150,7 @@ class _Declared:
             name
             for block in self._blocks
             for name, values in block.data.items()
-            if is_number(name, values)
+            if is_identity(name, values)
         }
 
     def places_of(self, cell: _Flat) -> list[Place] | None:

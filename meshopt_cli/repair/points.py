@@ -8,7 +8,7 @@ import numpy as np
 
 from ..cells import dimension_of
 from ..mesh.model import Array, Mesh
-from ..mesh.tags import FLAGS, is_number
+from ..mesh.tags import FLAGS, is_identity
 from ..validity.examination import Examination
 from .edit import without_points
 from .model import Mended
@@ -43,7 +43,7 @@ def _differing(mesh: Mesh, first: Array, gone: Array) -> list[str]:
     """Arrays that say something else of a point than of the one that takes its place."""
     found = []
     for name, values in mesh.point_data.items():
-        if name in FLAGS or is_number(name, values):
+        if name in FLAGS or is_identity(name, values):
             continue
         one, other = values[gone], values[first[gone]]
         same = one == other
