@@ -38,6 +38,9 @@ MENDS: dict[str, Mend] = {
     )
 }  # fmt: skip
 
+# One mend may make another possible: all are made again until nothing changes.
+MOST_ROUNDS = 10
+
 
 @dataclass(frozen=True)
 class Repaired:
@@ -55,7 +58,7 @@ class Repaired:
     @property
     def notes(self) -> tuple[str, ...]:
         """What could not be mended, or is to be known."""
-        return tuple(note for one in self.mends.values() for note in one.notes)
+        return tuple(note for one in self.mends.values() for note in one.notes + one.left)
 
 
 def repair(mesh: Mesh, names: Iterable[str], tolerance: float | None = None) -> Repaired:
@@ -79,14 +82,20 @@ def repair(mesh: Mesh, names: Iterable[str], tolerance: float | None = None) -> 
     if mesh.dimension() < 0:
         raise BadMeshError("there are no cells in it")
     wanted = set(names)
+    mends = [mend for mend in MENDS.values() if mend.name in wanted]
     done: dict[str, Mended] = {}
     with np.errstate(all="ignore"):
         study = Examination(mesh, tolerance=tolerance)
-        for name, mend in MENDS.items():
-            if name in wanted:
-                done[name] = mended = mend.apply(study)
+        for _ in range(MOST_ROUNDS):
+            before = study.mesh
+            for mend in mends:
+                mended = mend.apply(study)
+                known = done.get(mend.name)
+                done[mend.name] = mended if known is None else known.followed_by(mended)
                 if mended.mesh is not study.mesh:
                     study = Examination(mended.mesh, tolerance=tolerance)
+            if study.mesh is before:
+                break
     if study.mesh.dimension() < 0:
         raise BadMeshError("no cell of it would be left: nothing written")
     return Repaired(study.mesh, done)

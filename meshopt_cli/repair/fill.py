@@ -13,6 +13,7 @@ from ..validity.examination import Examination
 from .closing import cell_within
 from .edit import New, with_cells
 from .model import Mended, Vertices
+from .signs import has_one_sign
 
 FILLED = "missing cells added"
 
@@ -27,22 +28,20 @@ def fill(study: Examination) -> Mended:
             n_left += 1
         else:
             added.append(cell)
-    notes = (
-        ()
-        if not n_left
-        else (f"missing cells of types that do not fit to those around: {n_left:,}",)
-    )
+    left = (f"voids that no valid cell fits in: {n_left:,} left",) if n_left else ()
     mesh = with_cells(study.mesh, added) if added else study.mesh
-    return Mended(mesh, {FILLED: len(added)}, notes)
+    return Mended(mesh, {FILLED: len(added)}, left=left)
 
 
 def _missing(study: Examination, void: Skin) -> New | None:
-    """The cell that fills a void; None where none that fits to those around does."""
+    """The cell that fills a void; None where none does that is valid and fits to those around."""
     rows = [tuple(row[:width]) for row, width in zip(void.rows.tolist(), void.width, strict=True)]
     found = cell_within(rows, study.dimension)
     if found is None:
         return None
     family, corners = found
+    if not has_one_sign(study, np.array([corners]), family)[0]:
+        return None
     block, row = study.cells_by(np.array([_donor(study, void.owners)]))[0].tolist()
     around = study.cells_by(distinct(void.owners)).tolist()
     types = {study.mesh.blocks[b].type for b, _ in around}

@@ -40,13 +40,13 @@ def drop_flat(study: Examination) -> Mended:
         counts[DROPPED] += n
         if not n:
             break
-    notes = []
+    left = []
     if n_left:
-        notes.append(f"cells with a vertex twice that are of no simpler type: {n_left:,} left")
+        left.append(f"cells with a vertex twice that are of no simpler type: {n_left:,} left")
     n_flat += len(flat_in(study, study.lower.sets))
     if n_flat:
-        notes.append(f"flat cells without which the rest would not fit together: {n_flat:,} left")
-    return Mended(mesh, counts, tuple(notes))
+        left.append(f"flat cells without which the rest would not fit together: {n_flat:,} left")
+    return Mended(mesh, counts, left=tuple(left))
 
 
 def _without_repeated(study: Examination) -> tuple[Mesh, int, int, int]:

@@ -22,17 +22,21 @@ class Mended:
     counts : dict of str to int
         How many of what changed, as messages say it: "points merged". Zeros may be among them.
     notes : tuple of str
-        What could not be mended, or is to be known; a line each.
+        What is to be known of it; a line each.
+    left : tuple of str
+        What could not be mended; a line each.
     """
 
     mesh: Mesh
     counts: dict[str, int]
     notes: tuple[str, ...] = ()
+    left: tuple[str, ...] = ()
 
-    @property
-    def n(self) -> int:
-        """How many changes there were."""
-        return sum(self.counts.values())
+    def followed_by(self, later: Mended) -> Mended:
+        """This and the same mend made once more, as one."""
+        counts = {what: n + later.counts.get(what, 0) for what, n in self.counts.items()}
+        notes = tuple(dict.fromkeys(self.notes + later.notes))
+        return Mended(later.mesh, counts, notes, later.left)
 
 
 @dataclass(frozen=True)

@@ -64,8 +64,8 @@ def drop_unused(study: Examination) -> Mended:
             rows = block.cells.ravel()
             declared[rows[(rows >= 0) & (rows < study.n_points)]] = True
     gone = unused & ~declared
-    notes = []
-    if n_kept := int((unused & declared).sum()):
-        notes.append(f"unused points that cells of type vertex declare are kept: {n_kept:,}")
+    left = []
+    if n_left := int((unused & declared).sum()):
+        left.append(f"unused points that cells of type vertex declare: {n_left:,} left")
     dropped = without_points(mesh, np.arange(study.n_points), gone) if gone.any() else mesh
-    return Mended(dropped, {"unused points dropped": int(gone.sum())}, tuple(notes))
+    return Mended(dropped, {"unused points dropped": int(gone.sum())}, left=tuple(left))

@@ -6,15 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..cells import FAMILIES
 from ..mesh.adjacency import same_direction
 from ..mesh.model import Array, Mesh
 from ..mesh.orientation import against_most, can_be_turned, turned
+from ..mesh.sizes import contents
 from ..validity.boundary import components
 from ..validity.examination import Examination
-from ..validity.geometry import corner_areas, corner_volumes
 from ..validity.study import Study
 from .model import Mended
+from .signs import has_one_sign
 
 # Orders in which other programs list corners: rows of points, as pixels and voxels of VTK are, and
 # both diagonals of a quad.
@@ -51,10 +51,10 @@ def turn(study: Examination) -> Mended:
     if study.dimension == 3 or study.plane is not None:
         across = _lie_across(chosen, components(len(size), one, other), size)
     mesh, n_turned, unable = _turned(study, chosen & ~across)
-    notes = [f"cells of type {kind} cannot be turned: {n:,}" for kind, n in unable.items()]
+    left = [f"cells of type {kind} cannot be turned: {n:,}" for kind, n in unable.items()]
     if across.any():
-        notes.append(f"cells that lie across others: {int(across.sum()):,} left")
-    return Mended(mesh, counts | {"cells turned": n_turned}, tuple(notes))
+        left.append(f"cells that lie across others: {int(across.sum()):,} left")
+    return Mended(mesh, counts | {"cells turned": n_turned}, left=tuple(left))
 
 
 def _lie_across(chosen: Array, part: Array, size: Array) -> Array:
@@ -98,7 +98,7 @@ def _reordered(
         rows = np.flatnonzero(here)
         if len(rows):
             other = block.cells[rows][:, order]
-            rows = rows[_is_valid(study, other, family)]
+            rows = rows[has_one_sign(study, other, family)]
             changed[first + rows] = True
             cells = block.cells.copy()
             cells[rows] = cells[rows][:, order]
@@ -127,23 +127,12 @@ def _n_shared(mesh: Mesh) -> Array:
     return result
 
 
-def _is_valid(study: Examination, cells: Array, family: str) -> Array:
-    """Which cells have the same sign at all corners, so that turning is all that they may need."""
-    if FAMILIES[family].dimension == 3:
-        size, flat = corner_volumes(study.points, study.noise, cells, family)
-    else:
-        assert study.plane is not None
-        size, flat = corner_areas(*study.plane[:2], cells, family)
-    alike = (np.sign(size) == np.sign(size[:, :1])).all(axis=1)
-    return alike & ~flat.any(axis=1)
-
-
 def _sizes(study: Examination) -> Array:
     """Volumes, or areas, of all cells, positive for those that are the right way round; of a
     surface the areas, which have no sign."""
     size = np.zeros(study.n_cells)
-    for group, contents in zip(study.distinct_sets, study.contents, strict=True):
-        size[group.numbers] = contents
+    for group in study.cell_sets if study.dimension > 1 else []:
+        size[group.numbers] = contents(study.centred, group.cells, group.family)
     # A plane of triangles may be seen from either side, one of quads in x and y may not.
     if study.plane is not None and not study.shape.has_upside and size.sum() < 0:
         return -size
