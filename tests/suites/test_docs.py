@@ -14,11 +14,12 @@ from meshopt_cli.cli.entry import status_of
 from meshopt_cli.cli.main import main
 from meshopt_cli.formats import FORMATS
 from meshopt_cli.quality.measures import MEASURES
+from meshopt_cli.repair import MENDS
 from meshopt_cli.validity import RULES
 from support.samples import ROOT
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-CHECK = README[README.index("### Check") : README.index("### Passes")]
+CHECK = README[README.index("### Check") : README.index("### Repair")]
 
 
 def rows_of(text):
@@ -38,6 +39,7 @@ def test_the_table_of_rules():
             rule.severity + (", on request" if rule.on_request else ""),
             rule.title,
             rule.explanation,
+            ", ".join(f"`{call}`" for call in rule.calls),
         ]
         for rule in RULES.values()
     ]
@@ -103,8 +105,15 @@ def test_the_hook_runs(samples, name):
     assert status_of([*arguments, str(samples / name)]) == (1 if name == "broken.vtk" else 0)
 
 
-def test_the_readme_has_every_option_and_format():
-    command = main.get_command(click.Context(main), "optimize")
+def test_the_table_of_mends():
+    repair = README[README.index("### Repair") : README.index("### Passes")]
+    rows = [row for row in rows_of(repair) if row[0].removeprefix("`--").strip("`") in MENDS]
+    assert rows == [[f"`--{mend.name}`", mend.summary] for mend in MENDS.values()]
+
+
+@pytest.mark.parametrize("subcommand", ["optimize", "repair"])
+def test_the_readme_has_every_option_and_format(subcommand):
+    command = main.get_command(click.Context(main), subcommand)
     for parameter in command.params:
         if isinstance(parameter, click.Option) and parameter.name != "help":
             for name in (*parameter.opts[:1], *parameter.secondary_opts):
