@@ -14,6 +14,7 @@ from ..mesh.model import Array, Block, Mesh
 from ..validity.examination import Examination
 from ..validity.shape import flat_in
 from .closing import Row, cell_within
+from .divide import without_flat_triangles
 from .edit import rows_of
 from .layers import without_layer
 from .model import Mended
@@ -28,7 +29,8 @@ def drop_flat(study: Examination) -> Mended:
 
     A cell that has a vertex twice goes where it has no content; else it is of a simpler family,
     and becomes a cell of that. A flat cell goes where all its facets to one side are boundary:
-    those on its other side take their place.
+    those on its other side take their place. A flat triangle goes between others, too, where the
+    one at its longest edge can be divided.
     """
     mesh, n_gone, n_simpler, n_left = _without_repeated(study)
     counts = {DROPPED: n_gone, SIMPLER: n_simpler}
@@ -37,6 +39,9 @@ def drop_flat(study: Examination) -> Mended:
         if mesh is not study.mesh:
             study = Examination(mesh, tolerance=study.tolerance)
         mesh, n_flat, n = without_layer(study)
+        if not n:
+            mesh, n = without_flat_triangles(study)
+            n_flat -= n
         counts[DROPPED] += n
         if not n:
             break

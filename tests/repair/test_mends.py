@@ -316,3 +316,36 @@ def test_lower_cells_without_length_go():
     one = declaring(without(tet_grid(2)), line=[[0, 1], [26, 26]])
     done = repair(one, ["flat"]).mesh
     assert check(done).is_valid
+
+
+@pytest.mark.parametrize("space", [False, True])
+def test_flat_triangles_between_others_go(space):
+    """The triangle beyond the longest edge is divided, and both halves have its arrays."""
+    grid = tri_grid(4)
+    inner = int(np.flatnonzero((grid.points == 0.5).all(axis=1))[0])
+    grid.points[inner] = [0.375, 0.625]
+    n = len(grid.blocks[0].cells)
+    grid.blocks[0].data = {"medit:ref": np.full(n, 4), "cell_id": np.arange(n)}
+    if space:
+        grid = in_space(grid, 0.1 * (grid.points[:, 0] > 0.8))
+    assert "M102" in errors_in(grid)
+    done = repair(grid, ["flat"])
+    n_flat = done.counts["flat cells dropped"]
+    assert check(done.mesh).is_valid
+    assert len(done.mesh.blocks[0].cells) == n
+    assert n_flat > 0
+    assert sorted(set(done.mesh.blocks[0].data["cell_id"])) == sorted(
+        done.mesh.blocks[0].data["cell_id"]
+    )
+    assert size_of(done.mesh) == pytest.approx(size_of(grid))
+
+
+def test_an_edge_that_the_file_declares_is_not_divided():
+    grid = tri_grid(4)
+    inner = int(np.flatnonzero((grid.points == 0.5).all(axis=1))[0])
+    grid.points[inner] = [0.375, 0.625]
+    ends = [int(np.argmin(np.abs(grid.points - p).sum(axis=1))) for p in ([0.25, 0.5], [0.5, 0.75])]
+    one = declaring(grid, line=[ends])
+    done = repair(one, ["flat"])
+    assert done.mesh is one
+    assert "1 left" in done.notes[0]
