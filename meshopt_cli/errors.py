@@ -7,7 +7,7 @@ command line is a bug of ours and ends with `EXIT_INVARIANT`.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
@@ -18,7 +18,10 @@ EXIT_BAD_MESH = 1
 EXIT_USAGE = 2
 EXIT_FILES = 3
 EXIT_INVARIANT = 4
+EXIT_HUNG_UP = 129
 EXIT_INTERRUPTED = 130
+EXIT_PIPE = 141
+EXIT_TERMINATED = 143
 
 
 class MeshoptError(Exception):
@@ -55,6 +58,10 @@ class WriteError(MeshoptError):
     exit_status = EXIT_FILES
 
 
+class NoReaderError(WriteError):
+    """Whoever read stdout went away."""
+
+
 class InterruptError(MeshoptError):
     """The user stopped the run: nothing is written."""
 
@@ -81,11 +88,26 @@ def chosen(table: Mapping[str, Row], name: str, what: str) -> Row:
     Raises
     ------
     ConfigError
-        There is none of this name: the message lists those that there are.
+        There is none of this name: the message says which one may be meant.
     """
     if name not in table:
-        raise ConfigError(f"no {what} {name!r}: choose one of {', '.join(table)}")
+        raise ConfigError(f"no {what} {name!r}{hint(name, table)}")
     return table[name]
+
+
+def near(name: str, known: Iterable[str]) -> str | None:
+    """The name that somebody may have meant, if one of those that are known is near."""
+    import difflib
+
+    close = difflib.get_close_matches(name, list(known), 1)
+    return close[0] if close else None
+
+
+def hint(name: str, known: Iterable[str]) -> str:
+    """What somebody may have meant who gave an unknown name, to follow what is said of it."""
+    choices = list(known)
+    close = near(name, choices)
+    return f": did you mean {close!r}?" if close else f": choose one of {', '.join(choices)}"
 
 
 @contextlib.contextmanager

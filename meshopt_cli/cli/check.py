@@ -8,10 +8,20 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..errors import EXIT_BAD_MESH, EXIT_DONE
+from ..errors import EXIT_BAD_MESH, EXIT_DONE, EXIT_PIPE, NoReaderError
 from ..report.outputs import CHECK_OUTPUTS, Manner
+from . import completion
 from .check_config import Configured
-from .options import measure_option, names_in, number_option, region_option, verbosity_options
+from .options import (
+    INPUT,
+    OUTPUT,
+    input_format_option,
+    measure_option,
+    names_in,
+    number_option,
+    region_option,
+    verbosity_options,
+)
 
 if TYPE_CHECKING:
     from ..jobs.check import Task
@@ -32,20 +42,24 @@ def gate_options(function: Callable[..., Any]) -> Callable[..., Any]:
                       help="Greatest aspect ratio, whatever --measure says (M404)."),
         click.option("--gate", "gates", multiple=True, metavar="GATE",
                      help='Any other limit, such as "height-min>=0.1" or, in one region, '
-                          '"dihedral-min>=10 @ steel" (M404). Repeatable.'),
+                          '"dihedral-min>=10 @ steel" (M404). Repeatable.',
+                     shell_complete=completion.of(completion.limits)),
     )  # fmt: skip
     for option in reversed(options):
         function = option(function)
     return function
 
 
+CODES = completion.of(completion.rules, many=True)
+
+
 @click.command("check", cls=Configured)
-@click.argument("meshes", nargs=-1, type=click.Path(path_type=Path), metavar="MESH...")
-@click.option("--select", callback=names_in, metavar="CODES",
+@click.argument("meshes", nargs=-1, type=INPUT, metavar="MESH...")
+@click.option("--select", callback=names_in, metavar="CODES", shell_complete=CODES,
               help="Only these rules, by prefixes.")  # fmt: skip
-@click.option("--extend-select", "extend", callback=names_in, metavar="CODES",
+@click.option("--extend-select", "extend", callback=names_in, metavar="CODES", shell_complete=CODES,
               help="These rules too, such as those on request.")  # fmt: skip
-@click.option("--ignore", callback=names_in, metavar="CODES",
+@click.option("--ignore", callback=names_in, metavar="CODES", shell_complete=CODES,
               help="All but these, by prefixes.")  # fmt: skip
 @gate_options
 @region_option
@@ -57,14 +71,17 @@ def gate_options(function: Callable[..., Any]) -> Callable[..., Any]:
 @number_option("limit", default=10, show_default=True, metavar="N",
                help="Findings of a rule that are listed for a file; 0 lists all.")  # fmt: skip
 @click.option("--statistics", is_flag=True, help="Count the findings of each rule instead.")
-@click.option("--mark", type=click.Path(path_type=Path), metavar="FILE",
+@click.option("--mark", type=OUTPUT, metavar="FILE",
               help="Write the cells and points that are found, with their codes.")  # fmt: skip
 @number_option("jobs", metavar="N",
                help="Processes; as many as there are cores where it is worth it.")  # fmt: skip
 @click.option("--exit-zero", is_flag=True, help="Exit with 0 although a mesh is bad.")
 @click.option("--no-config", is_flag=True, help="Read no meshopt.toml or pyproject.toml.")
-@click.option("--explain", metavar="CODE", help="Say what a rule means, and check nothing.")
-@verbosity_options
+@click.option("--explain", metavar="CODE", help="Say what a rule means, and check nothing.",
+              shell_complete=completion.of(completion.rules))  # fmt: skip
+@input_format_option
+@verbosity_options(quiet="Say nothing of meshes in which nothing is found, and no warnings.",
+                   verbose="Say more.")  # fmt: skip
 def command(
     meshes: tuple[Path, ...],
     form: str,
@@ -83,7 +100,9 @@ def command(
     meshopt.toml, or [tool.meshopt.check] of a pyproject.toml, from the working directory
     upwards. `meshopt list rules` says what the codes mean.
     """
-    from ..jobs.check import examine_all, files_in, needs_kernels
+    from ..jobs.check import examine_all, needs_kernels
+    from ..jobs.meshes import files_in
+    from .standard import forget_stdout
     from .terminal import compile_kernels, set_up_log
 
     if explain is not None:
@@ -103,8 +122,14 @@ def command(
         compile_kernels(verbosity < 0, ("basic", "check"))
     statuses: list[int] = []
     verdicts = _noted(examine_all(files, task, jobs, set_up_log), statuses)
-    for part in output.parts(verdicts, Manner(verbosity, statistics)):
-        click.echo(part, nl=False)
+    try:
+        for part in output.parts(verdicts, Manner(verbosity, statistics)):
+            click.echo(part, nl=False)
+    except NoReaderError:
+        # Whoever reads has seen enough. What is known to be bad is; the rest was not looked at.
+        forget_stdout()
+        statuses.append(EXIT_PIPE)
+        return next(status for status in statuses if status != EXIT_DONE)
     status = max(statuses)
     return EXIT_DONE if exit_zero and status == EXIT_BAD_MESH else status
 
@@ -118,13 +143,16 @@ def _task(
     limit: int,
     mark: Path | None,
     regions: tuple[str, ...],
+    input_format: str | None,
     **gates: Any,
 ) -> Task:
     from ..jobs.check import Task
     from ..quality.gates import gates_of
 
     codes = (select or (), ignore or (), extend or ())
-    return Task(*codes, gates_of(**gates), tolerance, limit or None, mark, verbosity, regions)
+    return Task(
+        *codes, gates_of(**gates), tolerance, limit or None, mark, verbosity, regions, input_format
+    )
 
 
 def _noted(verdicts: Iterable[Verdict], statuses: list[int]) -> Iterator[Verdict]:

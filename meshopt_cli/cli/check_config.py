@@ -8,8 +8,8 @@ from typing import Any
 
 import click
 
-from ..errors import ConfigError
-from ..plans.toml import hint, nearest_table
+from ..errors import ConfigError, hint
+from ..plans.toml import nearest_table
 
 # Where the table stands in each file.
 FILES = {"meshopt.toml": ("check",), "pyproject.toml": ("tool", "meshopt", "check")}
@@ -69,5 +69,9 @@ class Configured(click.Command):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Look for the file before the options are parsed, which win over it."""
         if not {"--no-config", "-h", "--help"} & set(args):
-            ctx.default_map = defaults(self, ctx, Path.cwd())
+            try:
+                folder = Path.cwd()
+            except OSError:  # it was removed, and there is no file in it
+                return super().parse_args(ctx, args)
+            ctx.default_map = defaults(self, ctx, folder)
         return super().parse_args(ctx, args)

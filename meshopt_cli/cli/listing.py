@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Sequence
 from dataclasses import fields
 from typing import TYPE_CHECKING
 
@@ -74,11 +75,11 @@ TABLES: dict[str, Callable[[], list[Row]]] = {
 }
 
 
-def option_rows(name: str) -> list[tuple[str, str, str]]:
+def option_rows(name: str) -> list[Row]:
     """The options of a pass: name, default, help."""
     from ..passes import PASSES
 
-    result = []
+    result: list[Row] = []
     for f in fields(PASSES[name]):
         choices = " | ".join(f.metadata["choices"])
         help = f.metadata["help"] + (f" [{choices}]" if choices else "")
@@ -90,24 +91,30 @@ def option_rows(name: str) -> list[tuple[str, str, str]]:
 @click.argument("table", type=click.Choice(list(TABLES)))
 def command(table: str) -> None:
     """List passes, measures, formats, rules or presets."""
+    shown = TABLES[table]()
+    _print(shown)
+    if table == "passes":
+        for row in shown:
+            if options := option_rows(row[0]):
+                click.echo(f"\noptions of {row[0]} (--set {row[0]}.OPTION=VALUE):")
+                _print(options, margin=2)
+
+
+def _print(rows: Sequence[Row], margin: int = 0) -> None:
+    """Print rows in columns: as wide as a terminal, else a line each."""
+    if not sys.stdout.isatty():
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        for row in rows:
+            cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+            click.echo(" " * margin + "  ".join(cells).rstrip())
+        return
     from rich.table import Table
 
     from .terminal import report_console
 
-    grid = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
-    shown = TABLES[table]()
-    for column in range(len(shown[0])):
+    grid = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, margin))
+    for column in range(len(rows[0])):
         grid.add_column(no_wrap=column == 0)
-    for row in shown:
+    for row in rows:
         grid.add_row(*row)
-    console = report_console()
-    console.print(grid)
-    if table == "passes":
-        for row in shown:
-            options = option_rows(row[0])
-            if options:
-                console.print(f"\noptions of {row[0]} (--set {row[0]}.OPTION=VALUE):")
-                grid = Table(box=None, show_header=False, padding=(0, 2))
-                for option in options:
-                    grid.add_row(*option)
-                console.print(grid)
+    report_console().print(grid)

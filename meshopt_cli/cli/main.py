@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib
+import os
+from pathlib import Path
 
 import click
 
@@ -11,10 +13,15 @@ from ..errors import (
     EXIT_BAD_MESH,
     EXIT_DONE,
     EXIT_FILES,
+    EXIT_HUNG_UP,
     EXIT_INTERRUPTED,
     EXIT_INVARIANT,
+    EXIT_PIPE,
+    EXIT_TERMINATED,
     EXIT_USAGE,
+    hint,
 )
+from ..memory import require_memory
 
 STATUSES = {
     EXIT_DONE: "done",
@@ -22,7 +29,10 @@ STATUSES = {
     EXIT_USAGE: "wrong usage or configuration",
     EXIT_FILES: "cannot read or cannot write",
     EXIT_INVARIANT: "a bug of meshopt: nothing is written",
-    EXIT_INTERRUPTED: "interrupted: nothing is written",
+    EXIT_INTERRUPTED: "interrupted",
+    EXIT_TERMINATED: "terminated",
+    EXIT_HUNG_UP: "the terminal hung up",
+    EXIT_PIPE: "nobody reads stdout",
 }
 EPILOG = "Exit status: " + "; ".join(f"{code} {what}" for code, what in STATUSES.items()) + "."
 
@@ -45,12 +55,40 @@ class LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
+        require_memory()
         module = importlib.import_module(f".{COMMANDS[cmd_name][0]}", __package__)
         return module.command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
+            raise click.UsageError(f"no command {args[0]!r}{_meant(args)}", ctx)
+        return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
             formatter.write_dl([(name, text) for name, (_, text) in COMMANDS.items()])
+
+
+def _meant(args: list[str]) -> str:
+    """What somebody may have meant whose first word is no command."""
+    word = args[0]
+    if word == "help":
+        named = args[1] if len(args) > 1 and args[1] in COMMANDS else ""
+        return f": did you mean 'meshopt {named}{' ' * bool(named)}--help'?"
+    if os.path.exists(word) or _is_named_like_mesh(word):
+        return (
+            f": what is to be done with it? meshopt check {word}, report {word}, "
+            f"optimize {word} OUTPUT, repair --all {word} OUTPUT"
+        )
+    return hint(word, COMMANDS)
+
+
+def _is_named_like_mesh(word: str) -> bool:
+    from ..formats import FORMATS, extension
+
+    return any(extension(Path(word)) in (*row.extensions, *row.others) for row in FORMATS.values())
 
 
 @click.group(

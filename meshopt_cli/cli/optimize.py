@@ -11,8 +11,11 @@ import click
 
 from ..errors import EXIT_BAD_MESH, EXIT_DONE
 from ..report.outputs import OUTPUTS, SUFFIXES, Manner, output_of, write_reports
+from . import completion
 from .options import (
+    OUTPUT,
     all_names_in,
+    file_options,
     measure_option,
     names_in,
     number_option,
@@ -29,27 +32,31 @@ compressed; - stands for stdin or stdout, and then the report goes to stderr.
 
 
 @click.command("optimize", help=COMMAND_HELP)
-@click.argument("input", type=click.Path(path_type=Path))
-@click.argument("output", type=click.Path(path_type=Path), required=False)
-@click.option("--preset", metavar="NAME", help="Pipeline to run; see `meshopt list presets`.")
+@file_options
 @click.option(
-    "--passes",
-    callback=names_in,
-    metavar="LIST",
-    help="Passes to run in rounds, such as smooth,swap; see `meshopt list passes`.",
+    "--preset",
+    metavar="NAME",
+    help="Pipeline to run; see `meshopt list presets`.",
+    shell_complete=completion.of(completion.presets),
 )
+@click.option(
+    "--passes", callback=names_in, metavar="LIST",
+    help="Passes to run in rounds, such as smooth,swap; see `meshopt list passes`.",
+    shell_complete=completion.of(completion.passes, many=True),
+)  # fmt: skip
 @click.option(
     "--config", type=click.Path(path_type=Path), metavar="FILE", help="Pipeline in a TOML file."
 )
 @click.option(
-    "--set", "settings", multiple=True, metavar="PASS.OPTION=VALUE", help="Set an option of a pass."
-)
+    "--set", "settings", multiple=True, metavar="PASS.OPTION=VALUE",
+    help="Set an option of a pass.", shell_complete=completion.of(completion.settings),
+)  # fmt: skip
 @measure_option
 @number_option("rounds", metavar="N", help="At most so many rounds.")
 @number_option("target-quality", metavar="Q", help="Stop when no cell is worse.")
 @number_option("time-limit", metavar="S", help="Stop after so many seconds.")
 @click.option(
-    "--report", "reports", multiple=True, type=click.Path(path_type=Path), metavar="FILE",
+    "--report", "reports", multiple=True, type=OUTPUT, metavar="FILE",
     help=f"Write the report too, as its suffix says: {', '.join(SUFFIXES)}.",
 )  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="Print the report as JSON.")
@@ -57,17 +64,12 @@ compressed; - stands for stdin or stdout, and then the report goes to stderr.
     "fail-above", metavar="Q",
     help="Write nothing and exit with 1 when a cell stays worse than Q.",
 )  # fmt: skip
-@click.option("--file-format", metavar="NAME", help="Format of OUTPUT; see `meshopt list formats`.")
-@click.option("--input-format", metavar="NAME", help="Format of INPUT, whatever its name.")
-@click.option(
-    "--binary/--ascii", default=None,
-    help="Write binary or text, where the format has both; as INPUT was without.",
-)  # fmt: skip
 @region_option
 @click.option(
     "--allow", multiple=True, callback=all_names_in, metavar="CODES",
     help="Rules of check that the mesh breaks on purpose, such as M202,M205 for cracks and "
          "contacts: what they find stays as it is; repeatable.",
+    shell_complete=completion.of(completion.rules, many=True),
 )  # fmt: skip
 @click.option(
     "--boundary", type=click.Choice(["fixed", "slide"]), default="fixed", show_default=True,
@@ -78,8 +80,7 @@ compressed; - stands for stdin or stdout, and then the report goes to stderr.
     help="Sine of the angle within which facets lie in one plane, and edges in one line.",
 )  # fmt: skip
 @click.option("--no-data", is_flag=True, help="Drop all arrays but tags.")
-@click.option("--in-place", is_flag=True, help="OUTPUT may be INPUT, and is when it is left out.")
-@verbosity_options
+@verbosity_options(verbose="Say more: each run of each pass, and the worst Q by every measure.")
 def command(
     input: Path,
     output: Path | None,
@@ -92,6 +93,7 @@ def command(
     **options: Any,
 ) -> int:
     from ..boundary.policy import Fixed, Slide
+    from ..files.places import require_places
     from ..formats import PIPE
     from ..jobs.optimize_file import FileTask, InvalidFileError, optimize_file, place_of
     from ..plans.config import Request
@@ -104,6 +106,7 @@ def command(
     task = FileTask(input, place_of(input, output, in_place), request, policy, **options)
     shown = OUTPUTS["json" if as_json else "table"]
     written = {path: output_of(path) for path in reports}
+    require_places([task.output, *reports], [input], replaced=[task.output])
     if verbosity > 0 or any(row.all_measures for row in (shown, *written.values())):
         task = replace(task, all_measures=True)
     try:
@@ -115,7 +118,7 @@ def command(
     manner = Manner(verbosity)
     for path, row in written.items():
         write_reports(path, [done.report], row, manner)
-    if as_json or verbosity >= 0:
+    if (as_json or verbosity >= 0) and PIPE not in written:
         # Where the mesh goes to stdout, it is all that does.
         err = done.written is not None and task.output == PIPE
         print_reports([done.report], shown, manner, err)

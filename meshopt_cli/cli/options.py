@@ -3,29 +3,88 @@
 from __future__ import annotations
 
 import functools
+import os
 from collections.abc import Callable
-from typing import Any
+from pathlib import Path
+from typing import Any, TypeVar
 
 import click
 
 from ..errors import InterruptError
+from ..files.ending import what_is_written
+from ..files.sink import as_pipe
 from ..plans.ranges import RANGES
+from . import completion
 from .terminal import set_up_log
 
+Function = TypeVar("Function", bound=Callable[..., Any])
 
-def measure_option(function: Callable[..., Any]) -> Callable[..., Any]:
+
+class Place(click.Path):
+    """A file, or `formats.PIPE` for `-` and for other names of stdin (0) or stdout (1)."""
+
+    def __init__(self, descriptor: int) -> None:
+        super().__init__(path_type=Path, allow_dash=True)
+        self._descriptor = descriptor
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        return as_pipe(Path(os.fsdecode(super().convert(value, param, ctx))), self._descriptor)
+
+
+INPUT, OUTPUT = Place(0), Place(1)
+
+
+def measure_option(function: Function) -> Function:
     """`--measure NAME`."""
     return click.option(
-        "--measure", metavar="NAME", help="Quality measure; see `meshopt list measures`."
-    )(function)
+        "--measure", metavar="NAME", help="Quality measure; see `meshopt list measures`.",
+        shell_complete=completion.of(completion.measures),
+    )(function)  # fmt: skip
 
 
-def region_option(function: Callable[..., Any]) -> Callable[..., Any]:
+def region_option(function: Function) -> Function:
     """`--region NAME`, repeatable, handed on as `regions`."""
     return click.option(
-        "--region", "regions", multiple=True, metavar="NAME",
+        "--region", "regions", multiple=True, metavar="ARRAY",
         help="An array of the cells that makes regions, instead of all tags; repeatable.",
     )(function)  # fmt: skip
+
+
+def input_format_option(function: Function) -> Function:
+    """`--input-format NAME`."""
+    return click.option(
+        "--input-format", metavar="NAME", help="Format of what is read, whatever its name.",
+        shell_complete=completion.of(completion.formats),
+    )(function)  # fmt: skip
+
+
+def file_options(function: Function) -> Function:
+    """From which file to which, and in what format, for commands that make a mesh of another.
+
+    The place of the result is handed on as `output`, whichever way it is given.
+    """
+
+    @functools.wraps(function)
+    def wrapped(*args: Any, output: Path | None, to: Path | None, **kwargs: Any) -> Any:
+        if output is not None and to is not None:
+            raise click.UsageError(f"OUTPUT is given twice: {output} and, by -o, {to}")
+        return function(*args, output=output if to is None else to, **kwargs)
+
+    for option in reversed((
+        click.argument("input", type=INPUT),
+        click.argument("output", type=OUTPUT, required=False),
+        click.option("-o", "--output", "to", type=OUTPUT, metavar="FILE", help="OUTPUT."),
+        click.option("--in-place", is_flag=True,
+                     help="OUTPUT may be INPUT, and is when it is left out."),
+        click.option("--file-format", metavar="NAME",
+                     help="Format of OUTPUT; see `meshopt list formats`.",
+                     shell_complete=completion.of(completion.formats)),
+        click.option("--binary/--ascii", default=None,
+                     help="Write binary or text, where the format has both; as INPUT was without."),
+        input_format_option,
+    )):  # fmt: skip
+        wrapped = option(wrapped)
+    return wrapped  # type: ignore[return-value]
 
 
 def _verbosity(ctx: click.Context, quiet: bool, verbose: bool) -> int:
@@ -36,22 +95,29 @@ def _verbosity(ctx: click.Context, quiet: bool, verbose: bool) -> int:
     return verbosity
 
 
-def verbosity_options(function: Callable[..., Any]) -> Callable[..., Any]:
-    """`-q` and `-v`, handed on as `verbosity`: -1, 0 or 1."""
+def verbosity_options(
+    quiet: str = "Say nothing but errors.", verbose: str = "Say more."
+) -> Callable[[Function], Function]:
+    """`-q` and `-v`, handed on as `verbosity`: -1, 0 or 1; with what they do, in words."""
 
-    @click.option("-q", "--quiet", is_flag=True, help="Say nothing but errors.")
-    @click.option("-v", "--verbose", is_flag=True, help="Say more.")
-    @click.pass_context
-    @functools.wraps(function)
-    def wrapped(ctx: click.Context, *args: Any, quiet: bool, verbose: bool, **kwargs: Any) -> Any:
-        verbosity = _verbosity(ctx, quiet, verbose)
-        try:
-            return function(*args, verbosity=verbosity, **kwargs)
-        except KeyboardInterrupt:
-            # Before click sees it, which would print an empty line.
-            raise InterruptError("interrupted: nothing is written") from None
+    def add(function: Function) -> Function:
+        @click.option("-q", "--quiet", is_flag=True, help=quiet)
+        @click.option("-v", "--verbose", is_flag=True, help=verbose)
+        @click.pass_context
+        @functools.wraps(function)
+        def wrapped(
+            ctx: click.Context, *args: Any, quiet: bool, verbose: bool, **kwargs: Any
+        ) -> Any:
+            verbosity = _verbosity(ctx, quiet, verbose)
+            try:
+                return function(*args, verbosity=verbosity, **kwargs)
+            except KeyboardInterrupt:
+                # Before click sees it, which would print an empty line.
+                raise InterruptError(f"interrupted: {what_is_written()}") from None
 
-    return wrapped
+        return wrapped  # type: ignore[return-value]
+
+    return add
 
 
 class Number(click.ParamType):

@@ -10,7 +10,7 @@ import click
 
 from ..errors import EXIT_BAD_MESH, EXIT_DONE
 from ..repair import MENDS
-from .options import number_option, verbosity_options
+from .options import file_options, number_option, verbosity_options
 
 
 def mend_options(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -21,21 +21,13 @@ def mend_options(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 @click.command("repair")
-@click.argument("input", type=click.Path(path_type=Path))
-@click.argument("output", type=click.Path(path_type=Path), required=False)
+@file_options
 @mend_options
 @click.option("--all", "every", is_flag=True, help="All of these.")
 @number_option("tolerance", metavar="T",
                help="Points nearer than T of the extent are in one place.")  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="Print the report as JSON.")
-@click.option("--file-format", metavar="NAME", help="Format of OUTPUT; see `meshopt list formats`.")
-@click.option("--input-format", metavar="NAME", help="Format of INPUT, whatever its name.")
-@click.option(
-    "--binary/--ascii", default=None,
-    help="Write binary or text, where the format has both; as INPUT was without.",
-)  # fmt: skip
-@click.option("--in-place", is_flag=True, help="OUTPUT may be INPUT, and is when it is left out.")
-@verbosity_options
+@verbosity_options()
 def command(
     input: Path,
     output: Path | None,

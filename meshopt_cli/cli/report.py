@@ -8,46 +8,62 @@ import click
 
 from ..errors import EXIT_DONE, MeshoptError
 from ..report.outputs import NORMAL, OUTPUTS, output_of, write_reports
-from .options import measure_option, region_option, verbosity_options
+from .options import (
+    INPUT,
+    OUTPUT,
+    input_format_option,
+    measure_option,
+    region_option,
+    verbosity_options,
+)
 
 
 @click.command("report")
-@click.argument("meshes", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.argument("meshes", nargs=-1, required=True, type=INPUT, metavar="MESH...")
 @measure_option
 @region_option
 @click.option(
     "--format", "form", type=click.Choice(list(OUTPUTS)),
     help="What the report looks like: as the suffix of the file says, or a table.",
 )  # fmt: skip
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write to a file instead.")
-@verbosity_options
+@click.option("-o", "--output", type=OUTPUT, metavar="FILE", help="Write to a file instead.")
+@input_format_option
+@verbosity_options()
 def command(
     meshes: tuple[Path, ...],
     measure: str | None,
     regions: tuple[str, ...],
     form: str | None,
     output: Path | None,
+    input_format: str | None,
     verbosity: int,
 ) -> int:
-    """Show the quality of meshes as the rows of Table 18.3."""
+    """Show the quality of meshes as the rows of Table 18.3.
+
+    MESH is a file, a folder with meshes, or a pattern.
+    """
     if form is not None:
         row = OUTPUTS[form]
     elif output is not None:
         row = output_of(output)
     else:
         row = OUTPUTS["table"]
+    from ..files.places import require_places
+    from ..jobs.meshes import files_in
     from ..jobs.report import report_on
     from ..quality.measures import DEFAULT_MEASURE, measure_named
     from .output import print_reports
     from .terminal import compile_kernels
 
     chosen = measure_named(measure or DEFAULT_MEASURE)
+    files = files_in(meshes)
+    require_places([] if output is None else [output], files)
     compile_kernels(verbosity < 0)
     reports = []
     status = EXIT_DONE
-    for path in meshes:
+    for path in files:
         try:
-            reports.append(report_on(path, chosen, row.all_measures, regions))
+            reports.append(report_on(path, chosen, row.all_measures, regions, input_format))
         except MeshoptError as error:
             click.echo(f"meshopt: {error}", err=True)
             status = max(status, error.exit_status)

@@ -44,11 +44,7 @@ def report_console(err: bool = False) -> Console:
     """Where a report goes, with colours on a terminal only, and wide enough in a pipe."""
     from rich.console import Console
 
-    class Stream(Console):
-        def on_broken_pipe(self) -> None:
-            raise BrokenPipeError
-
-    return Stream(
+    return Console(
         stderr=err,
         width=None if (sys.stderr if err else sys.stdout).isatty() else 120,
         color_system=None if os.environ.get("NO_COLOR") else "auto",

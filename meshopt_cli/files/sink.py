@@ -1,4 +1,4 @@
-"""Where bytes go to: files, compressed ones, and stdout; all of them, or none."""
+"""Where bytes go to: files, compressed ones, pipes and devices; all of them, or none."""
 
 from __future__ import annotations
 
@@ -11,10 +11,17 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from .atomic import replacing
+from .atomic import replacing, target_of
+from .ending import note_written, temporary_folder
 
 PIPE = Path("-")  # stdin or stdout
 ZIPPED = ".gz"
+# Names that systems have for what `PIPE` stands for, by its descriptor.
+_STANDARD = {
+    0: ("/dev/stdin", "/dev/fd/0", "/proc/self/fd/0"),
+    1: ("/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"),
+}
+_DESCRIPTORS = ("/dev/fd/", "/proc/self/fd/", "/dev/stderr")
 _LEVEL = 4  # of compression: more takes twice the time for a few percent
 _BLOCK = 1 << 20
 
@@ -22,6 +29,33 @@ _BLOCK = 1 << 20
 def is_zipped(path: Path) -> bool:
     """Whether a file is to be compressed, by its name."""
     return path.suffix.lower() == ZIPPED
+
+
+def as_pipe(path: Path, descriptor: int) -> Path:
+    """`PIPE` for what is another name of stdin (0) or stdout (1); else the path itself."""
+    return PIPE if str(path) in _STANDARD[descriptor] else path
+
+
+def is_stream(path: Path) -> bool:
+    """Whether it is no file that could be replaced, but a pipe or a device."""
+    if path == PIPE or str(path).startswith(_DESCRIPTORS):
+        return True
+    try:
+        return path.exists() and not path.is_file() and not path.is_dir()
+    except OSError:
+        return False
+
+
+def require_place(path: Path) -> None:
+    """Find out ahead whether something can be written, as far as that can be told.
+
+    Raises
+    ------
+    OSError
+        It cannot.
+    """
+    if not is_stream(path):
+        target_of(path)
 
 
 @contextlib.contextmanager
@@ -32,25 +66,34 @@ def written(path: Path, digest: list[str]) -> Iterator[Path]:
     ----------
     path : Path
         Compressed if it ends in `.gz`; `PIPE` stands for stdout. Files are replaced as
-        `atomic.replacing` does it.
+        `atomic.replacing` does it; pipes and devices get all of it at once.
     digest : list of str
         The digest of what was written is put there.
     """
-    if path == PIPE:
-        with tempfile.TemporaryDirectory() as folder:
-            whole = Path(folder, "mesh")
-            whole.touch()
-            yield whole
-            digest.append(_digest(whole))
-            with whole.open("rb") as source:
-                shutil.copyfileobj(source, sys.stdout.buffer, _BLOCK)
-            sys.stdout.buffer.flush()
+    if not is_stream(path):
+        with replacing(path) as temporary:
+            yield temporary
+            _finish(path, temporary, digest)
         return
-    with replacing(path) as temporary:
-        yield temporary
-        if is_zipped(path):
-            _compress(temporary)
-        digest.append(_digest(temporary))
+    with temporary_folder() as folder:
+        whole = Path(folder, "whole")
+        whole.touch()
+        yield whole
+        _finish(path, whole, digest)
+        with whole.open("rb") as source:
+            if path == PIPE:
+                shutil.copyfileobj(source, sys.stdout.buffer, _BLOCK)
+                sys.stdout.buffer.flush()
+            else:
+                with path.open("wb") as target:
+                    shutil.copyfileobj(source, target, _BLOCK)
+        note_written(path)
+
+
+def _finish(path: Path, whole: Path, digest: list[str]) -> None:
+    if is_zipped(path):
+        _compress(whole)
+    digest.append(_digest(whole))
 
 
 def _compress(path: Path) -> None:

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import ConfigError, ReadError, WriteError, chosen
-from ..files.atomic import target_of
-from ..files.sink import PIPE, ZIPPED, written
+from ..errors import ConfigError, MeshoptError, NoReaderError, ReadError, WriteError, chosen
+from ..files.places import reason
+from ..files.sink import PIPE, ZIPPED, is_stream, written
 from ..mesh.model import Array, Mesh
 from .foreign import NO_MESHES, foreign_kind
 from .numbering import Numbering, numbering
@@ -26,7 +26,7 @@ from .table import FORMATS, Format
 from .vtk import VTK_VERSIONS, VTU_VERSIONS
 
 __all__ = ["FORMATS", "PIPE", "Encoding", "Format", "Numbering", "Source", "Written"]
-__all__ += ["encoding_for", "require_place"]
+__all__ += ["encoding_for", "extension"]
 __all__ += ["numbering", "read", "sniff", "write"]
 
 log = logging.getLogger("meshopt")
@@ -103,6 +103,8 @@ def read(path: Path, file_format: str | None = None) -> tuple[Mesh, Source]:
         with np.errstate(invalid="raise"), as_file(path, data) as plain:
             mesh, dropped = row.read(plain, data, encoding)
             mesh = _owned(mesh)
+    except MeshoptError:
+        raise
     except (Exception, SystemExit) as error:  # meshio raises anything
         reason = _one_line(error)
         if not isinstance(error, UnreadableError):
@@ -126,7 +128,7 @@ def encoding_for(
     Parameters
     ----------
     path : Path
-        Where to write. A pipe gets the format of the source.
+        Where to write. A pipe or device gets the format of the source, if its name says none.
     source : Encoding, optional
         What was read. A format of the same family keeps its version if it has it, and
         text or binary where the extension does not say it.
@@ -154,7 +156,7 @@ def encoding_for(
 def _encoding_for(path: Path, source: Encoding | None, file_format: str | None) -> Encoding:
     if file_format is not None:
         row = chosen(FORMATS, file_format, "format")
-    elif path == PIPE and source is not None:
+    elif source is not None and is_stream(path) and not _with_extension(path):
         row = FORMATS[source.format]
     else:
         rows = _with_extension(path)
@@ -205,8 +207,12 @@ def write(path: Path, mesh: Mesh, encoding: Encoding) -> Written:
         fitted, dropped = row.fit(mesh, encoding)
         with written(path, digest) as temporary:
             row.write(temporary, fitted, encoding)
+    except NoReaderError as error:  # a mesh is needed, unlike what is only shown
+        raise WriteError(str(error)) from None
+    except MeshoptError:
+        raise
     except OSError as error:
-        raise WriteError(f"{path}: cannot be written: {_reason(error)}") from error
+        raise WriteError(f"{path}: cannot be written: {reason(error)}") from error
     except Exception as error:
         raise WriteError(f"{path}: cannot be written as {row.title}: {_one_line(error)}") from error
     lost = tuple(dict.fromkeys(map(_shown, dropped)))
@@ -219,28 +225,7 @@ def _contents(path: Path, size: int = -1) -> tuple[bytes, str]:
     try:
         return contents(path, size)
     except OSError as error:
-        raise ReadError(f"{path}: cannot be read: {_reason(error)}") from error
-
-
-def require_place(path: Path) -> None:
-    """Find out ahead whether a file can be put somewhere, as far as that can be told.
-
-    Raises
-    ------
-    WriteError
-        With one line that says what is wrong.
-    """
-    try:
-        if path != PIPE:
-            target_of(path)
-    except OSError as error:
-        raise WriteError(f"{path}: cannot be written: {_reason(error)}") from error
-
-
-def _reason(error: OSError) -> str:
-    if error.errno is None and str(error).endswith(" written"):  # so says numpy of a part
-        return "no space left on device, or a limit reached"
-    return (error.strerror or str(error)).lower()
+        raise ReadError(f"{path}: cannot be read: {reason(error)}") from error
 
 
 def _one_line(error: BaseException) -> str:
@@ -266,7 +251,8 @@ def _with_extension(path: Path, to_read: bool = False) -> list[Format]:
 
 def _sniff(path: Path, head: bytes, wanted: Format | None) -> Encoding:
     every = list(FORMATS.values())
-    rows = [wanted] if wanted else every if path == PIPE else _with_extension(path, to_read=True)
+    unnamed = is_stream(path) and not _with_extension(path, to_read=True)
+    rows = [wanted] if wanted else every if unnamed else _with_extension(path, to_read=True)
     if not rows:
         if extension(path) in ADVICE:
             raise ReadError(f"{path}: {ADVICE[extension(path)]}")
@@ -279,7 +265,7 @@ def _sniff(path: Path, head: bytes, wanted: Format | None) -> Encoding:
         found = encoding_of(head)
     except UnreadableError as error:
         raise ReadError(f"{path}: {error}") from None
-    kind = "mesh" if path == PIPE and not wanted else rows[0].title
+    kind = "mesh" if unnamed and not wanted else rows[0].title
     if found is None:
         what = foreign_kind(head)
         remedy = ": export it as VTK or Gmsh where it was made" if what not in NO_MESHES else ""

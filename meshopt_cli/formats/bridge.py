@@ -5,9 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import logging
-import tempfile
 from collections.abc import Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,15 +28,6 @@ def listening(level: int) -> Iterator[None]:
     finally:
         if said.getvalue():
             log.log(level, "meshio: %s", " ".join(said.getvalue().split()))
-
-
-@contextlib.contextmanager
-def prepared(plain: bytes, name: str) -> Iterator[Path]:
-    """A file of a name with `plain` in it, for meshio to read."""
-    with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder, name)
-        copy.write_bytes(plain)
-        yield copy
 
 
 def from_meshio(mesh: meshio.Mesh) -> Mesh:

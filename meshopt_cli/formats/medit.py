@@ -22,8 +22,9 @@ from ..cells import FAMILIES
 from ..mesh.model import Array, Block, Mesh
 from ..mesh.tags import REF
 from . import medit_lists
-from .bridge import from_meshio, listening, prepared
+from .bridge import from_meshio, listening
 from .sniff import Encoding, UnreadableError
+from .streams import copied
 from .text import lines, rows_of
 
 # section, its code in binary files, and nodes of each type of cell
@@ -138,7 +139,7 @@ def _read_binary(data: bytes) -> _Parts:
 
     plain, curved, lists, dropped = _plain_binary(data)
     # meshio goes by the last letter of a name
-    with prepared(plain, "mesh.meshb") as copy, listening(logging.WARNING):
+    with copied(plain, "mesh.meshb") as copy, listening(logging.WARNING):
         mesh = from_meshio(meshio.medit.read(copy))
     mesh.blocks += [Block(kind, rows[:, :-1] - 1, {REF: rows[:, -1]}) for kind, rows in curved]
     for data_of in (mesh.point_data, *(block.data for block in mesh.blocks)):

@@ -6,13 +6,14 @@ import contextlib
 import gzip
 import hashlib
 import sys
-import tempfile
 import zlib
 from collections.abc import Iterator
 from pathlib import Path
 
 from ..errors import ReadError
-from ..files.sink import PIPE, is_zipped
+from ..files.ending import temporary_folder
+from ..files.places import reason
+from ..files.sink import PIPE, is_stream, is_zipped
 
 _GZIP = b"\x1f\x8b"
 
@@ -40,6 +41,8 @@ def contents(path: Path, size: int = -1) -> tuple[bytes, str]:
         It is compressed, and truncated or damaged.
     """
     if path == PIPE:
+        if sys.stdin is None:
+            raise OSError("it is closed")
         raw = sys.stdin.buffer.read()
     else:
         with open(path, "rb") as stream:
@@ -59,10 +62,27 @@ def contents(path: Path, size: int = -1) -> tuple[bytes, str]:
 @contextlib.contextmanager
 def as_file(path: Path, data: bytes) -> Iterator[Path]:
     """A plain file with the bytes of a mesh: the one at `path`, if it has just these."""
-    if path != PIPE and path.stat().st_size == len(data):
+    if not is_stream(path) and path.stat().st_size == len(data):
         yield path
         return
-    with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder, "mesh")
-        copy.write_bytes(data)
+    with copied(data, "mesh") as copy:
+        yield copy
+
+
+@contextlib.contextmanager
+def copied(data: bytes, name: str) -> Iterator[Path]:
+    """A temporary file of a name with these bytes.
+
+    Raises
+    ------
+    ReadError
+        There is no room for it.
+    """
+    with temporary_folder() as folder:
+        copy = Path(folder, name)
+        try:
+            copy.write_bytes(data)
+        except OSError as error:
+            what = f"no room for a temporary file: {reason(error)}"
+            raise ReadError(f"{folder.parent}: {what}") from error
         yield copy

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import glob
 import logging
 import os
 from collections.abc import Callable, Iterable, Iterator
@@ -10,7 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..cells import family_of
-from ..errors import EXIT_BAD_MESH, EXIT_DONE, EXIT_FILES, ConfigError, MeshoptError, ReadError
+from ..errors import EXIT_BAD_MESH, EXIT_DONE, EXIT_FILES, ConfigError, MeshoptError
+from ..files.places import require_places
 from ..mesh.model import Mesh, top_blocks
 from ..quality.gates import Gates
 from ..report.verdict import Verdict
@@ -42,6 +42,7 @@ class Task:
     mark: Path | None
     verbosity: int
     regions: tuple[str, ...] = ()
+    input_format: str | None = None
 
     @property
     def checked(self) -> tuple[str, ...]:
@@ -50,47 +51,20 @@ class Task:
         return tuple(rule.code for rule in choose(self.select, self.ignore, extend))
 
     def require_mark(self, files: list[Path]) -> None:
-        """Refuse to mark what is found in several files, or over the mesh itself.
+        """Refuse to mark what is found in several files, over the mesh, or where it cannot be.
 
         Raises
         ------
-        ConfigError
+        ConfigError, WriteError
         """
         if self.mark is None:
             return
+        from .. import formats
+
         if len(files) > 1:
             raise ConfigError("--mark goes with one mesh")
-        if self.mark.resolve() == files[0].resolve():
-            raise ConfigError("--mark would replace the mesh itself")
-
-
-def files_in(paths: tuple[Path, ...]) -> list[Path]:
-    """The files that paths stand for: those of folders, and those that patterns match.
-
-    Raises
-    ------
-    ReadError
-        A folder without meshes, or a pattern that nothing matches.
-    """
-    from ..formats import FORMATS
-
-    extensions = {extension for row in FORMATS.values() for extension in row.extensions}
-    found: dict[Path, None] = {}
-    for path in paths:
-        if path.is_dir():
-            inside = sorted(p for p in path.rglob("*") if p.suffix.lower() in extensions)
-            inside = [p for p in inside if p.is_file()]
-            if not inside:
-                raise ReadError(f"{path}: the folder holds no mesh file")
-        elif glob.has_magic(str(path)) and not path.exists():
-            inside = [Path(name) for name in sorted(glob.glob(str(path), recursive=True))]
-            inside = [p for p in inside if p.is_file()]
-            if not inside:
-                raise ReadError(f"{path}: no file matches")
-        else:
-            inside = [path]
-        found.update(dict.fromkeys(inside))
-    return list(found)
+        formats.encoding_for(self.mark)
+        require_places([self.mark], files)
 
 
 def needs_kernels(files: Iterable[Path], gates: Gates) -> bool:
@@ -106,7 +80,7 @@ def examine(path: Path, task: Task) -> Verdict:
 
     checked = task.checked
     try:
-        mesh, source = formats.read(path)
+        mesh, source = formats.read(path, task.input_format)
     except MeshoptError as error:
         return Verdict(str(path), error.exit_status, error=str(error))
     try:
@@ -176,7 +150,7 @@ def examine_all(
     from concurrent.futures import ProcessPoolExecutor
     from concurrent.futures.process import BrokenProcessPool
 
-    pool = ProcessPoolExecutor(n_processes, initializer=set_up, initargs=(task.verbosity,))
+    pool = ProcessPoolExecutor(n_processes, None, _start_worker, (set_up, task.verbosity))
     try:
         pending = [(path, pool.submit(examine, path, task)) for path in paths]
         for path, future in pending:
@@ -187,6 +161,28 @@ def examine_all(
                 yield Verdict(str(path), EXIT_FILES, error=text)
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _start_worker(set_up: Callable[[int], None], verbosity: int) -> None:
+    """Leave it to the process that started this one to end it, and end with it."""
+    import multiprocessing
+    import signal
+    import threading
+    from multiprocessing.connection import wait
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for name in ("SIGTERM", "SIGHUP"):
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_DFL)
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+
+        def follow() -> None:
+            wait([parent.sentinel])
+            os._exit(EXIT_FILES)
+
+        threading.Thread(target=follow, daemon=True).start()
+    set_up(verbosity)
 
 
 def _jobs(paths: list[Path]) -> int:

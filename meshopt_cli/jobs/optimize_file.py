@@ -12,6 +12,7 @@ from pathlib import Path
 from .. import formats
 from ..boundary.policy import Fixed, Policy
 from ..errors import EXIT_BAD_MESH, BadMeshError, ConfigError, naming
+from ..files.places import require_writable
 from ..formats import PIPE, Written
 from ..passes import Observer
 from ..plans.config import Request, plan_for
@@ -108,7 +109,7 @@ def optimize_file(
     """
     # What is wrong with the request is said before the mesh is read.
     allowed = _allowed(task.request, plan_for(task.request).allow)
-    formats.require_place(task.output)
+    require_writable(task.output)
     clock = [time.perf_counter()]
     mesh, source = formats.read(task.input, task.input_format)
     try:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from .. import __version__, formats
 from ..errors import EXIT_BAD_MESH, EXIT_DONE, naming
+from ..files.places import require_writable
 from ..repair import repair
 from ..report.repair import RepairReport
 from ..validity import check
@@ -52,7 +53,7 @@ def repair_file(task: RepairTask) -> RepairReport:
     BadMeshError
         No cell would be left.
     """
-    formats.require_place(task.output)
+    require_writable(task.output)
     mesh, source = formats.read(task.input, task.input_format)
     encoding = formats.encoding_for(task.output, source.encoding, task.file_format, task.binary)
     before = check(mesh, tolerance=task.tolerance)

@@ -25,7 +25,11 @@ READABLE = ("M00",)
 
 
 def report_on(
-    path: Path, measure: Measure, all_measures: bool = False, regions: tuple[str, ...] = ()
+    path: Path,
+    measure: Measure,
+    all_measures: bool = False,
+    regions: tuple[str, ...] = (),
+    input_format: str | None = None,
 ) -> Report:
     """The figures of the mesh in a file; what they leave out is logged as a warning.
 
@@ -36,6 +40,9 @@ def report_on(
     regions : tuple of str
         Arrays that make regions, if not all tags do: what lies between regions is boundary.
 
+    input_format : str, optional
+        A key of `FORMATS`, whatever the name of the file says.
+
     Raises
     ------
     ConfigError
@@ -45,7 +52,7 @@ def report_on(
     BadMeshError, UnsupportedMeshError
         There are no simplices in it to measure.
     """
-    mesh, source = formats.read(path)
+    mesh, source = formats.read(path, input_format)
     with naming(path):
         if not check(mesh, READABLE).is_valid:
             raise BadMeshError("the mesh is not valid: see meshopt check")

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from ..errors import ConfigError
+from ..errors import ConfigError, hint
 from ..passes import PASSES, Pass
 from ..passes.repair import Repair
 from ..quality.measures import DEFAULT_MEASURE, Measure, measure_named
@@ -16,7 +16,7 @@ from .presets import DEFAULT_PRESET, preset_named
 from .ranges import RANGES
 from .settings import option_of, pass_named, with_settings
 from .stages import Repeat, Sequence, Stage
-from .toml import hint, read_toml
+from .toml import read_toml
 
 # Keys of a pipeline file and what each must be; numbers have their ranges besides.
 KEYS: dict[str, type | tuple[type, ...]] = {

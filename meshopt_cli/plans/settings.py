@@ -6,11 +6,10 @@ from collections.abc import Iterable
 from dataclasses import fields, replace
 from typing import Any
 
-from ..errors import ConfigError, chosen
+from ..errors import ConfigError, chosen, hint
 from ..passes import PASSES, Pass
 from .pipeline import Pipeline
 from .stages import Change
-from .toml import hint
 
 # What options were called before, of whatever pass.
 RENAMED = {

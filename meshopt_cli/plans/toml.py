@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -56,12 +56,3 @@ def nearest_table(
             if table is not None:
                 raise ConfigError(f"{path}: [{'.'.join(keys)}] must be a table")
     return None
-
-
-def hint(key: str, known: Iterable[str]) -> str:
-    """What the writer of an unknown key may have meant, to follow what is said of it."""
-    import difflib
-
-    choices = list(known)
-    close = difflib.get_close_matches(key, choices, 1)
-    return f": did you mean {close[0]!r}?" if close else f"; known are {', '.join(choices)}"

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 
 from .. import __version__
 from ..errors import ConfigError, WriteError
+from ..files.places import reason
+from ..files.sink import is_stream, written
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -147,6 +149,8 @@ def output_of(path: Path) -> ReportOutput:
         Its suffix says nothing: the message lists those that do.
     """
     row = SUFFIXES.get(path.suffix.lower())
+    if row is None and is_stream(path):
+        return OUTPUTS["table"]
     if row is None:
         raise ConfigError(f"{path}: a report ends in {', '.join(SUFFIXES)}")
     return row
@@ -155,7 +159,7 @@ def output_of(path: Path) -> ReportOutput:
 def write_reports(
     path: Path, reports: Iterable[Report], output: ReportOutput, manner: Manner = NORMAL
 ) -> None:
-    """Write reports to a file.
+    """Write reports to a file, which has all of it at once or stays as it was, or to a stream.
 
     Raises
     ------
@@ -164,9 +168,10 @@ def write_reports(
     """
     text = output.text(reports, manner)
     try:
-        path.write_text(text, "utf-8", "backslashreplace")
+        with written(path, []) as whole:
+            whole.write_text(text, "utf-8", "backslashreplace")
     except OSError as error:
-        raise WriteError(f"{path}: cannot write the report: {error.strerror}") from error
+        raise WriteError(f"{path}: cannot be written: {reason(error)}") from error
 
 
 # What `check` finds --------------------------------------------------------------------------

@@ -64,13 +64,19 @@ def test_an_empty_list_of_passes_is_refused():
     assert "passes" in refused(passes=())
 
 
-def test_an_unknown_name_lists_those_that_are_known():
-    for message, known in (
-        (refused(preset="fats"), PRESETS),
-        (refused(passes=("smooth", "swapp")), PASSES),
-        (refused(measure="aspect"), QUALITIES),
+def test_an_unknown_name_says_which_may_be_meant():
+    """One that is near, or all that are known."""
+    for wrong, meant in (
+        ({"preset": "fats"}, ["fast"]),
+        ({"preset": "xyz"}, PRESETS),
+        ({"passes": ("smooth", "swapp")}, ["swap"]),
+        ({"passes": ("???",)}, PASSES),
+        ({"measure": "aspect-ration"}, ["aspect-ratio"]),
+        ({"measure": "?"}, QUALITIES),
     ):
-        assert all(name in message for name in known)
+        message = refused(**wrong)
+        assert all(name in message for name in meant)
+        assert len(meant) > 1 or "did you mean" in message
 
 
 @pytest.mark.parametrize("pair", list(itertools.combinations(("preset", "passes", "config"), 2)))

@@ -29,7 +29,7 @@ def test_defaults_stand_in_the_nearest_file(check, good, tmp_path, monkeypatch, 
     ("text", "said"),
     [
         ("[check]\nmin-angel = 1\n", "did you mean 'min-angle'"),
-        ("[check]\nwhatever = 1\n", "known are"),
+        ("[check]\nwhatever = 1\n", "choose one of"),
         ('[check]\nmin-angle = "steep"\n', "min-angle"),
         ("[check]\nmin-angle = true\n", "min-angle"),
         ("[check]\nfail-above = 0.5\n", "fail-above"),

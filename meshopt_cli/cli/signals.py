@@ -1,0 +1,58 @@
+"""What signals do: they end a run, remove what is temporary, and say what is written.
+
+They end it where it is. An exception could be lost on the way out, in a callback or while a
+module is imported, or be taken for an error of what it comes through.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import sys
+from types import FrameType
+
+from ..errors import EXIT_HUNG_UP, EXIT_INTERRUPTED, EXIT_TERMINATED
+from ..files.ending import between_steps, remove_temporary, what_is_written
+
+# What ends a run, the status it leaves, and how it is called.
+ENDING = {
+    name: (status, what)
+    for name, status, what in (
+        ("SIGINT", EXIT_INTERRUPTED, "interrupted"),
+        ("SIGTERM", EXIT_TERMINATED, "terminated"),
+        ("SIGHUP", EXIT_HUNG_UP, "the terminal hung up"),
+    )
+    if hasattr(signal, name)
+}
+
+
+def install() -> None:
+    """Let signals end the run, but those that are ignored already, as by nohup."""
+    for name in ENDING:
+        number = getattr(signal, name)
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, _end)
+
+
+def _end(number: int, _: FrameType | None) -> None:
+    between_steps(lambda: _leave(number))
+
+
+def _leave(number: int) -> None:
+    for name in ENDING:
+        signal.signal(getattr(signal, name), signal.SIG_IGN)
+    status, what = ENDING[signal.Signals(number).name]
+    _end_children()
+    remove_temporary()
+    with contextlib.suppress(OSError):
+        start = "\r\x1b[K" if os.isatty(2) else ""  # over a bar that is drawn there
+        line = f"{start}meshopt: {what}: {what_is_written()}\n"
+        os.write(2, line.encode(errors="backslashreplace"))
+    os._exit(status)
+
+
+def _end_children() -> None:
+    if (processes := sys.modules.get("multiprocessing")) is not None:
+        for child in processes.active_children():
+            child.kill()
