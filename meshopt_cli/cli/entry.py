@@ -38,6 +38,7 @@ def run() -> None:
     # What failed to be printed would be tried again.
     with contextlib.suppress(Exception):
         sys.stderr.flush()
+    signals.ignore()
     sys.exit(status)
 
 

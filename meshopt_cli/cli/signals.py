@@ -35,13 +35,18 @@ def install() -> None:
             signal.signal(number, _end)
 
 
+def ignore() -> None:
+    """Let nothing end the run any more, which has ended."""
+    for name in ENDING:
+        signal.signal(getattr(signal, name), signal.SIG_IGN)
+
+
 def _end(number: int, _: FrameType | None) -> None:
     between_steps(lambda: _leave(number))
 
 
 def _leave(number: int) -> None:
-    for name in ENDING:
-        signal.signal(getattr(signal, name), signal.SIG_IGN)
+    ignore()
     status, what = ENDING[signal.Signals(number).name]
     _end_children()
     remove_temporary()
