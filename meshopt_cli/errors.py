@@ -95,6 +95,15 @@ def chosen(table: Mapping[str, Row], name: str, what: str) -> Row:
     return table[name]
 
 
+def shown(text: str) -> str:
+    """A text with names out of files, or of them, without what a terminal would obey."""
+    return (
+        text
+        if text.isprintable()
+        else "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+    )
+
+
 def near(name: str, known: Iterable[str]) -> str | None:
     """The name that somebody may have meant, if one of those that are known is near."""
     import difflib

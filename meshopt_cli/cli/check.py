@@ -15,13 +15,14 @@ from .check_config import Configured
 from .options import (
     INPUT,
     OUTPUT,
-    input_format_option,
     measure_option,
     names_in,
     number_option,
+    reading_options,
     region_option,
     verbosity_options,
 )
+from .terminal import say
 
 if TYPE_CHECKING:
     from ..jobs.check import Task
@@ -79,7 +80,7 @@ CODES = completion.of(completion.rules, many=True)
 @click.option("--no-config", is_flag=True, help="Read no meshopt.toml or pyproject.toml.")
 @click.option("--explain", metavar="CODE", help="Say what a rule means, and check nothing.",
               shell_complete=completion.of(completion.rules))  # fmt: skip
-@input_format_option
+@reading_options
 @verbosity_options(quiet="Say nothing of meshes in which nothing is found, and no warnings.",
                    verbose="Say more.")  # fmt: skip
 def command(
@@ -144,6 +145,7 @@ def _task(
     mark: Path | None,
     regions: tuple[str, ...],
     input_format: str | None,
+    max_size: int | None,
     **gates: Any,
 ) -> Task:
     from ..jobs.check import Task
@@ -151,8 +153,9 @@ def _task(
 
     codes = (select or (), ignore or (), extend or ())
     return Task(
-        *codes, gates_of(**gates), tolerance, limit or None, mark, verbosity, regions, input_format
-    )
+        *codes, gates_of(**gates), tolerance, limit or None, mark, verbosity, regions,
+        input_format, max_size,
+    )  # fmt: skip
 
 
 def _noted(verdicts: Iterable[Verdict], statuses: list[int]) -> Iterator[Verdict]:
@@ -160,7 +163,7 @@ def _noted(verdicts: Iterable[Verdict], statuses: list[int]) -> Iterator[Verdict
     for verdict in verdicts:
         statuses.append(verdict.status)
         if verdict.error:
-            click.echo(f"meshopt: {verdict.error}", err=True)
+            say(verdict.error)
         yield verdict
 
 

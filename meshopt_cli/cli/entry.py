@@ -16,6 +16,7 @@ from ..errors import (
     EXIT_USAGE,
     MeshoptError,
     NoReaderError,
+    shown,
 )
 from ..files.ending import begin, is_anything_written, what_is_written
 from . import signals, standard
@@ -127,5 +128,6 @@ def _with_truth(message: str) -> str:
 
 def _fail(message: str, status: int, start: str = "meshopt: ") -> int:
     with contextlib.suppress(OSError):
-        print(f"{start}{message}", file=sys.stderr, flush=True)
+        text = shown(message) if start else message
+        print(f"{start}{text}", file=sys.stderr, flush=True)
     return status

@@ -98,7 +98,7 @@ def command(
     from ..jobs.optimize_file import FileTask, InvalidFileError, optimize_file, place_of
     from ..plans.config import Request
     from .output import print_findings, print_reports
-    from .terminal import compile_kernels, progress
+    from .terminal import compile_kernels, progress, say
 
     # The rest of the options have the names of what they say of the pipeline, and of the files.
     request = Request(**{f.name: options.pop(f.name) for f in fields(Request)})
@@ -125,5 +125,5 @@ def command(
     if done.written is not None:
         return EXIT_DONE
     worst = f"the worst Q stays at {done.result.after.worst:.4g}, above {task.fail_above:g}"
-    click.echo(f"meshopt: {input}: {worst}: nothing written", err=True)
+    say(f"{input}: {worst}: nothing written")
     return EXIT_BAD_MESH

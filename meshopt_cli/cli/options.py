@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -50,8 +51,25 @@ def region_option(function: Function) -> Function:
     )(function)  # fmt: skip
 
 
-def input_format_option(function: Function) -> Function:
-    """`--input-format NAME`."""
+class Size(click.ParamType):
+    """A number of bytes: 2000000, 500M, 1.5G."""
+
+    name = "size"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        found = re.fullmatch(r"(\d{1,15}(?:\.\d{1,9})?)([kKMGT]?)(?:i?B)?", str(value), re.ASCII)
+        if found is None:
+            self.fail(f"{value!r} is no size, such as 500M or 2G", param, ctx)
+        return int(float(found[1]) * 1024 ** " KMGT".index(found[2].upper() or " "))
+
+
+def reading_options(function: Function) -> Function:
+    """`--input-format NAME` and `--max-size SIZE`."""
+    function = click.option(
+        "--max-size", type=Size(), metavar="SIZE",
+        help="The most that may come out of a compressed file, such as 2G; without it a thousand "
+             "times the file.",
+    )(function)  # fmt: skip
     return click.option(
         "--input-format", metavar="NAME", help="Format of what is read, whatever its name.",
         shell_complete=completion.of(completion.formats),
@@ -81,7 +99,7 @@ def file_options(function: Function) -> Function:
                      shell_complete=completion.of(completion.formats)),
         click.option("--binary/--ascii", default=None,
                      help="Write binary or text, where the format has both; as INPUT was without."),
-        input_format_option,
+        reading_options,
     )):  # fmt: skip
         wrapped = option(wrapped)
     return wrapped  # type: ignore[return-value]

@@ -37,6 +37,7 @@ def command(
     file_format: str | None,
     input_format: str | None,
     binary: bool | None,
+    max_size: int | None,
     in_place: bool,
     verbosity: int,
     **chosen: bool,
@@ -57,7 +58,7 @@ def command(
         flags = ", ".join(f"--{name}" for name in MENDS)
         raise click.UsageError(f"say what to mend: --all, or some of {flags}")
     place = place_of(input, output, in_place)
-    task = RepairTask(input, place, names, tolerance, input_format, file_format, binary)
+    task = RepairTask(input, place, names, tolerance, input_format, file_format, binary, max_size)
     report = repair_file(task)
     err = place == PIPE
     if as_json:

@@ -11,8 +11,8 @@ from ..report.outputs import NORMAL, OUTPUTS, output_of, write_reports
 from .options import (
     INPUT,
     OUTPUT,
-    input_format_option,
     measure_option,
+    reading_options,
     region_option,
     verbosity_options,
 )
@@ -27,7 +27,7 @@ from .options import (
     help="What the report looks like: as the suffix of the file says, or a table.",
 )  # fmt: skip
 @click.option("-o", "--output", type=OUTPUT, metavar="FILE", help="Write to a file instead.")
-@input_format_option
+@reading_options
 @verbosity_options()
 def command(
     meshes: tuple[Path, ...],
@@ -36,6 +36,7 @@ def command(
     form: str | None,
     output: Path | None,
     input_format: str | None,
+    max_size: int | None,
     verbosity: int,
 ) -> int:
     """Show the quality of meshes as the rows of Table 18.3.
@@ -53,7 +54,7 @@ def command(
     from ..jobs.report import report_on
     from ..quality.measures import DEFAULT_MEASURE, measure_named
     from .output import print_reports
-    from .terminal import compile_kernels
+    from .terminal import compile_kernels, say
 
     chosen = measure_named(measure or DEFAULT_MEASURE)
     files = files_in(meshes)
@@ -63,9 +64,11 @@ def command(
     status = EXIT_DONE
     for path in files:
         try:
-            reports.append(report_on(path, chosen, row.all_measures, regions, input_format))
+            reports.append(
+                report_on(path, chosen, row.all_measures, regions, input_format, max_size)
+            )
         except MeshoptError as error:
-            click.echo(f"meshopt: {error}", err=True)
+            say(str(error))
             status = max(status, error.exit_status)
     if reports and output is None:
         print_reports(reports, row, NORMAL)

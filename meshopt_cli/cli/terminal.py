@@ -11,10 +11,17 @@ from typing import TYPE_CHECKING
 
 import click
 
+from ..errors import shown
+
 if TYPE_CHECKING:
     from rich.console import Console
 
     from ..passes import Observer
+
+
+def say(message: str) -> None:
+    """Show a line on stderr."""
+    click.echo(f"meshopt: {shown(message)}", err=True)
 
 
 class StderrHandler(logging.Handler):
@@ -22,7 +29,7 @@ class StderrHandler(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         level = "" if record.levelno < logging.WARNING else f"{record.levelname.lower()}: "
-        click.echo(f"meshopt: {level}{record.getMessage()}", err=True)
+        say(f"{level}{record.getMessage()}")
 
 
 def set_up_log(verbosity: int) -> None:

@@ -8,20 +8,22 @@ its own. Some go through meshio, which is imported here only, and not before it 
 
 from __future__ import annotations
 
+import contextlib
 import logging
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from ..errors import ConfigError, MeshoptError, NoReaderError, ReadError, WriteError, chosen
+from ..errors import ConfigError, MeshoptError, NoReaderError, ReadError, WriteError, chosen, shown
 from ..files.places import reason
 from ..files.sink import PIPE, ZIPPED, is_stream, written
 from ..mesh.model import Array, Mesh
 from .foreign import NO_MESHES, foreign_kind
 from .numbering import Numbering, numbering
-from .sniff import ADVICE, HEAD, Encoding, UnreadableError, encoding_of
-from .streams import as_file, contents, extension
+from .sniff import ADVICE, Encoding, UnreadableError, encoding_of
+from .streams import Contents, as_file, extension, opened
 from .table import FORMATS, Format
 from .vtk import VTK_VERSIONS, VTU_VERSIONS
 
@@ -65,10 +67,13 @@ def sniff(path: Path) -> Encoding:
     ReadError
         It cannot be opened, has an unknown extension, or is no known kind of mesh.
     """
-    return _sniff(path, _contents(path, HEAD)[0], None)
+    with _opened(path) as contents:
+        return _sniff(path, contents.head, None)
 
 
-def read(path: Path, file_format: str | None = None) -> tuple[Mesh, Source]:
+def read(
+    path: Path, file_format: str | None = None, max_size: int | None = None
+) -> tuple[Mesh, Source]:
     """Read a mesh from a file.
 
     Parameters
@@ -77,6 +82,9 @@ def read(path: Path, file_format: str | None = None) -> tuple[Mesh, Source]:
         `PIPE` stands for stdin. Compressed files are known by their content.
     file_format : str, optional
         The key of `FORMATS` that it must have, whatever its extension.
+    max_size : int, optional
+        The most bytes that it may have, or that may come out of a compressed file. Without it
+        this is a thousand times what went in, or 256 MiB if that is more.
 
     Returns
     -------
@@ -95,8 +103,9 @@ def read(path: Path, file_format: str | None = None) -> tuple[Mesh, Source]:
     """
     path = Path(path)
     wanted = None if file_format is None else chosen(FORMATS, file_format, "format")
-    data, digest = _contents(path)
-    encoding = _sniff(path, data[:HEAD], wanted)
+    with _opened(path, max_size) as contents:
+        encoding = _sniff(path, contents.head, wanted)
+        data, digest = contents.whole()
     row = FORMATS[encoding.format]
     try:
         # numpy stops where a NaN stands for an integer
@@ -106,12 +115,14 @@ def read(path: Path, file_format: str | None = None) -> tuple[Mesh, Source]:
     except MeshoptError:
         raise
     except (Exception, SystemExit) as error:  # meshio raises anything
-        reason = _one_line(error)
-        if not isinstance(error, UnreadableError):
-            reason = f"truncated or malformed ({reason})"
+        if isinstance(error, MemoryError):
+            raise
+        # What others say of it is about their code, not about the file.
+        is_ours = isinstance(error, UnreadableError)
+        what = _one_line(error) if is_ours else "truncated or malformed"
         kind = row.title_of(extension(path))
-        raise ReadError(f"{path}: not a readable {kind} file: {reason}") from error
-    lost = tuple(dict.fromkeys(map(_shown, dropped)))
+        raise ReadError(f"{path}: not a readable {kind} file: {what}") from error
+    lost = tuple(dict.fromkeys(map(shown, dropped)))
     if lost:
         log.warning("%s: dropped on reading: %s", path, ", ".join(lost))
     return mesh, Source(path, encoding, digest, lost)
@@ -215,26 +226,23 @@ def write(path: Path, mesh: Mesh, encoding: Encoding) -> Written:
         raise WriteError(f"{path}: cannot be written: {reason(error)}") from error
     except Exception as error:
         raise WriteError(f"{path}: cannot be written as {row.title}: {_one_line(error)}") from error
-    lost = tuple(dict.fromkeys(map(_shown, dropped)))
+    lost = tuple(dict.fromkeys(map(shown, dropped)))
     if lost:
         log.warning("%s: %s cannot hold %s: dropped", path, row.title, ", ".join(lost))
     return Written(path, encoding, digest[0], lost)
 
 
-def _contents(path: Path, size: int = -1) -> tuple[bytes, str]:
+@contextlib.contextmanager
+def _opened(path: Path, max_size: int | None = None) -> Iterator[Contents]:
     try:
-        return contents(path, size)
+        with opened(path, max_size) as contents:
+            yield contents
     except OSError as error:
         raise ReadError(f"{path}: cannot be read: {reason(error)}") from error
 
 
 def _one_line(error: BaseException) -> str:
-    return _shown(" ".join(str(error).split()))[:200] or type(error).__name__
-
-
-def _shown(text: str) -> str:
-    """A text with names out of a file, without what a terminal would obey."""
-    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+    return shown(" ".join(str(error).split()))[:300]
 
 
 def _extensions(to_read: bool = False) -> str:

@@ -1,10 +1,9 @@
-"""Between a `Mesh` and meshio: what it reads, and what it says meanwhile."""
+"""Between a `Mesh` and meshio: what it reads."""
 
 from __future__ import annotations
 
 import contextlib
 import io
-import logging
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -15,19 +14,12 @@ from ..mesh.model import Block, Mesh
 if TYPE_CHECKING:
     import meshio
 
-log = logging.getLogger("meshopt")
-
 
 @contextlib.contextmanager
-def listening(level: int) -> Iterator[None]:
-    """Send what meshio prints to our log."""
-    said = io.StringIO()
-    try:
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
-            yield
-    finally:
-        if said.getvalue():
-            log.log(level, "meshio: %s", " ".join(said.getvalue().split()))
+def silent() -> Iterator[None]:
+    """Keep meshio from printing: what is wrong with a file is looked for before."""
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        yield
 
 
 def from_meshio(mesh: meshio.Mesh) -> Mesh:

@@ -10,7 +10,6 @@ lose its version, and single precision with it; text it formats row by row.
 
 from __future__ import annotations
 
-import logging
 import re
 import struct
 from collections.abc import Iterator
@@ -22,7 +21,7 @@ from ..cells import FAMILIES
 from ..mesh.model import Array, Block, Mesh
 from ..mesh.tags import REF
 from . import medit_lists
-from .bridge import from_meshio, listening
+from .bridge import from_meshio, silent
 from .sniff import Encoding, UnreadableError
 from .streams import copied
 from .text import lines, rows_of
@@ -45,7 +44,6 @@ CODES = {cell_type: code for cell_type, (_, code, _) in _CELLS.items()}
 _CURVED = {code: cell_type for cell_type, code in CODES.items() if cell_type not in FAMILIES}
 # Sections of other cells with nodes besides corners, and of orders of their nodes.
 _OTHER_CELLS = re.compile(r"[A-Z][a-z]+[PQ][0-9]+(Ordering)?")
-log = logging.getLogger("meshopt")
 
 _DIMENSION, _VERTICES, _END = 3, 4, 54
 _LAST = "End"
@@ -107,7 +105,7 @@ def _read_text(data: bytes) -> _Parts:
     if REF not in mesh.point_data:
         raise UnreadableError("there are no Vertices in it")
     if not ended:  # as some programs leave it
-        log.warning("the Medit file ends after %s without End: it may be cut off", name)
+        dropped.append(f"what follows {name}, if anything: the file may be cut off, without End")
     return mesh, lists, dropped
 
 
@@ -139,7 +137,7 @@ def _read_binary(data: bytes) -> _Parts:
 
     plain, curved, lists, dropped = _plain_binary(data)
     # meshio goes by the last letter of a name
-    with copied(plain, "mesh.meshb") as copy, listening(logging.WARNING):
+    with copied(plain, "mesh.meshb") as copy, silent():
         mesh = from_meshio(meshio.medit.read(copy))
     mesh.blocks += [Block(kind, rows[:, :-1] - 1, {REF: rows[:, -1]}) for kind, rows in curved]
     for data_of in (mesh.point_data, *(block.data for block in mesh.blocks)):
@@ -167,9 +165,18 @@ def _plain_binary(
     dropped: list[str] = []
     curved: list[tuple[str, Array]] = []
 
-    def table(kind: str, width: int, start: int, after: int) -> Array:
-        count = int(np.frombuffer(data, kinds["i"], 1, start)[0])
-        rows = np.frombuffer(data[:after], kinds[kind], count * width, start + size)
+    def count_of(name: str, start: int, after: int, row: int) -> int:
+        """How many rows of so many bytes a section has, which must end where the next starts."""
+        found = np.frombuffer(data[start:after], kinds["i"], min(1, (after - start) // size))
+        count = int(found[0]) if len(found) else -1
+        if not 0 <= count * row <= after - start - size:
+            there = max(after - start - size, 0)
+            raise UnreadableError(f"{name} should have {count} rows, and has {there} bytes")
+        return count
+
+    def table(name: str, kind: str, width: int, start: int, after: int) -> Array:
+        count = count_of(name, start, after, width * int(kinds[kind][-1]))
+        rows = np.frombuffer(data, kinds[kind], count * width, start + size)
         return rows.astype(kind + "8").reshape(count, width)
 
     while at + head.size <= len(data):
@@ -180,14 +187,23 @@ def _plain_binary(
             break
         start, name = at + head.size, medit_lists.CODES.get(code, "")
         if code in _CURVED:
-            curved.append((_CURVED[code], table("i", _CELLS[_CURVED[code]][2] + 1, start, after)))
+            kind = _CURVED[code]
+            rows = table(_CELLS[kind][0], "i", _CELLS[kind][2] + 1, start, after)
+            curved.append((kind, rows))
         elif code in (_DIMENSION, _VERTICES, *CODES.values()):
             plain.append(data[at:after])
             if code == _DIMENSION:
                 (dimension,) = struct.unpack_from(order + "i", data, start)
+                if dimension not in (2, 3):
+                    raise UnreadableError(f"Dimension {dimension} is not supported")
+            elif code == _VERTICES:
+                count_of("Vertices", start, after, dimension * int(kinds["f"][-1]) + size)
+            else:
+                name, _, n_nodes = next(row for row in _CELLS.values() if row[1] == code)
+                count_of(name, start, after, (n_nodes + 1) * size)
         elif name:
             width = medit_lists.width_of(name, dimension)
-            rows = table(medit_lists.kind_of(name), width, start, after)
+            rows = table(name, medit_lists.kind_of(name), width, start, after)
             if len(rows):
                 lists[name] = rows
         elif any(data[start : start + 4]):  # the count of its rows

@@ -53,6 +53,8 @@ def require_range(mesh: Mesh) -> None:
     UnsupportedMeshError
         With what to do.
     """
+    if not len(mesh.points):
+        raise UnsupportedMeshError("there are no points in it")
     extent = float(np.max(np.ptp(mesh.points.astype(np.float64), axis=0), initial=0.0))
     low, high = EXTENTS
     if np.isfinite(extent) and extent > 0.0 and not low <= extent <= high:

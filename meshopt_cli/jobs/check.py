@@ -43,6 +43,7 @@ class Task:
     verbosity: int
     regions: tuple[str, ...] = ()
     input_format: str | None = None
+    max_size: int | None = None
 
     @property
     def checked(self) -> tuple[str, ...]:
@@ -80,7 +81,7 @@ def examine(path: Path, task: Task) -> Verdict:
 
     checked = task.checked
     try:
-        mesh, source = formats.read(path, task.input_format)
+        mesh, source = formats.read(path, task.input_format, task.max_size)
     except MeshoptError as error:
         return Verdict(str(path), error.exit_status, error=str(error))
     try:

@@ -50,6 +50,8 @@ class FileTask:
         Write nothing where a cell stays worse than this Q.
     input_format, file_format : str, optional
         Keys of `FORMATS`, whatever the names of the files say.
+    max_size : int, optional
+        The most bytes that the input may have: see `formats.read`.
     binary : bool, optional
         Write text or binary; as the input was where it is left out.
     regions : tuple of str
@@ -68,6 +70,7 @@ class FileTask:
     fail_above: float | None = None
     input_format: str | None = None
     file_format: str | None = None
+    max_size: int | None = None
     binary: bool | None = None
     regions: tuple[str, ...] = ()
     no_data: bool = False
@@ -111,7 +114,7 @@ def optimize_file(
     allowed = _allowed(task.request, plan_for(task.request).allow)
     require_writable(task.output)
     clock = [time.perf_counter()]
-    mesh, source = formats.read(task.input, task.input_format)
+    mesh, source = formats.read(task.input, task.input_format, task.max_size)
     try:
         with naming(task.input):
             require_simplices(mesh)

@@ -30,6 +30,8 @@ class RepairTask:
         Keys of `FORMATS`, whatever the names of the files say.
     binary : bool, optional
         Write text or binary; as the input was where it is left out.
+    max_size : int, optional
+        The most bytes that the input may have: see `formats.read`.
     """
 
     input: Path
@@ -39,6 +41,7 @@ class RepairTask:
     input_format: str | None = None
     file_format: str | None = None
     binary: bool | None = None
+    max_size: int | None = None
 
 
 def repair_file(task: RepairTask) -> RepairReport:
@@ -54,7 +57,7 @@ def repair_file(task: RepairTask) -> RepairReport:
         No cell would be left.
     """
     require_writable(task.output)
-    mesh, source = formats.read(task.input, task.input_format)
+    mesh, source = formats.read(task.input, task.input_format, task.max_size)
     encoding = formats.encoding_for(task.output, source.encoding, task.file_format, task.binary)
     before = check(mesh, tolerance=task.tolerance)
     with naming(task.input):

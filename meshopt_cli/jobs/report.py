@@ -15,6 +15,7 @@ from ..quality.partial import measurable
 from ..quality.summary import summarize
 from ..report.model import FileFacts, PassFacts, Report
 from ..validity import check
+from .admission import require_range
 from .optimize import Result
 from .regions import with_asked_regions
 
@@ -30,6 +31,7 @@ def report_on(
     all_measures: bool = False,
     regions: tuple[str, ...] = (),
     input_format: str | None = None,
+    max_size: int | None = None,
 ) -> Report:
     """The figures of the mesh in a file; what they leave out is logged as a warning.
 
@@ -40,8 +42,8 @@ def report_on(
     regions : tuple of str
         Arrays that make regions, if not all tags do: what lies between regions is boundary.
 
-    input_format : str, optional
-        A key of `FORMATS`, whatever the name of the file says.
+    input_format, max_size : optional
+        See `formats.read`.
 
     Raises
     ------
@@ -52,10 +54,11 @@ def report_on(
     BadMeshError, UnsupportedMeshError
         There are no simplices in it to measure.
     """
-    mesh, source = formats.read(path, input_format)
+    mesh, source = formats.read(path, input_format, max_size)
     with naming(path):
         if not check(mesh, READABLE).is_valid:
             raise BadMeshError("the mesh is not valid: see meshopt check")
+        require_range(mesh)
         mesh = with_asked_regions(path, mesh, regions)
         part = measurable(mesh)
         others = tuple(QUALITIES.values()) if all_measures else ()

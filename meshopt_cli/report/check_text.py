@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from ..errors import shown
 from ..validity.model import Rule
 from .verdict import Verdict, statistics
 
@@ -14,10 +15,10 @@ def finding_lines(verdict: Verdict) -> Iterator[str]:
     for code in verdict.counts or {}:
         for finding in verdict.findings:
             if finding.code == code:
-                yield f"{verdict.path}:{finding.place}: {code} {finding.text}"
+                yield shown(f"{verdict.path}:{finding.place}: {code} {finding.text}")
         if code in more:
             left, total = more[code]
-            yield f"{verdict.path}: {code} {left:,} more, {total:,} in all"
+            yield shown(f"{verdict.path}: {code} {left:,} more, {total:,} in all")
 
 
 def last_line(verdict: Verdict) -> str:
@@ -28,7 +29,7 @@ def last_line(verdict: Verdict) -> str:
         for severity in ("error", "warning")
         if verdict.total(severity)
     )
-    return f"{verdict.path}: {word}" + (f" ({counts})" if counts else "")
+    return shown(f"{verdict.path}: {word}") + (f" ({counts})" if counts else "")
 
 
 def summary_line(verdicts: list[Verdict]) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 
+from ..errors import shown
 from .model import Report
 from .rows import HEADINGS, named_rows
 
@@ -18,5 +19,5 @@ def to_csv(reports: list[Report]) -> str:
     for report in reports:
         for name, s in named_rows(report):
             figures = [s.target, s.worst, s.n_cells, s.n_points, s.mean, s.angle_min, s.angle_max]
-            writer.writerow([report.input.path, name, *s.counts, *figures])
+            writer.writerow([shown(report.input.path), name, *s.counts, *figures])
     return out.getvalue()

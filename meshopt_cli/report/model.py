@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..cells import FAMILIES, SIMPLICES
+from ..errors import shown
 from ..mesh.tags import Regions
 from ..quality.summary import Summary
 
@@ -54,7 +55,7 @@ class Report:
         summary = self.before
         cells = FAMILIES[SIMPLICES[summary.dimension]].plural
         return (
-            f"{Path(self.input.path).name}: {summary.n_cells:,} {cells}, "
+            f"{shown(Path(self.input.path).name)}: {summary.n_cells:,} {cells}, "
             f"{summary.n_points:,} vertices, {summary.measure.replace('-', ' ')} "
             f"({summary.equation})"
         )

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from ..errors import shown
 from .check_text import finding_lines
 from .verdict import Verdict
 
@@ -42,6 +43,10 @@ class RepairReport:
 
 def repair_lines(report: RepairReport, titles: Mapping[str, str]) -> Iterator[str]:
     """What changed, which rules are still broken, and what is left to know."""
+    return map(shown, _repair_lines(report, titles))
+
+
+def _repair_lines(report: RepairReport, titles: Mapping[str, str]) -> Iterator[str]:
     counts = {what: n for mend in report.mends.values() for what, n in mend.items() if n}
     for what, n in counts.items():
         yield f"{report.input}: {what}: {n:,}"

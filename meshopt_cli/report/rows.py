@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
+from ..errors import shown
 from ..quality.summary import RANKS, Summary
 from .model import Report
 
@@ -85,7 +86,7 @@ def closing_lines(report: Report) -> list[str]:
     if after.forced is not None and after.dimension == 3:
         angles += " (the boundary forces {:.1f} and {:.1f})".format(*after.forced)
     by, several = report.regions.arrays, report.regions.count > 1
-    regions = [f"{report.regions.count:,} regions, by {' and '.join(by)}"] * several
+    regions = [f"{report.regions.count:,} regions, by {shown(' and '.join(by))}"] * several
     lost = ["lost: " + ", ".join(report.lost)] * bool(report.lost)
     if report.after is None:
         return [angles, *regions, *lost]

@@ -9,6 +9,7 @@ from dataclasses import replace
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from meshopt_cli.errors import shown
 from meshopt_cli.report.csv import to_csv
 from meshopt_cli.report.json import to_json
 from meshopt_cli.report.markdown import to_markdown
@@ -59,7 +60,7 @@ def test_csv_reads_back(ones, name):
     for row, (path, label, s) in zip(rows, expected, strict=True):
         assert None not in row
         assert None not in row.values()
-        assert (row["file"], row["mesh"]) == (path, label)
+        assert (row["file"], row["mesh"]) == (shown(path), label)
         assert [int(row[heading]) for heading in HEADINGS[:4]] == list(s.counts)
         assert float(row["Q_T"]) == s.worst
         assert float(row["target"]) == s.target

@@ -25,6 +25,10 @@ _SKIPPED = "String"
 _ROWS_A_BYTE = 8
 _LZMA_MEMORY = 1 << 28  # bytes, four times what the highest level takes
 
+# What may come out of all arrays of a file: so many bytes, or so many times what is in it.
+_LEAST_MOST = 1 << 28
+_MOST_TIMES = 1000
+
 Decompress = Callable[[bytes | memoryview, int], bytes]
 
 
@@ -87,6 +91,7 @@ class Decoder:
         self.order = ">" if root.get("byte_order") == "BigEndian" else "<"
         self.head = np.dtype(self.order + KINDS.get(root.get("header_type", "UInt32"), "u4"))
         self.compressor = None
+        self.unpacked = 0  # bytes, of all arrays
         if name := root.get("compressor"):
             if name not in COMPRESSORS:
                 raise UnreadableError(f"it is compressed by {name}, which is not supported")
@@ -203,6 +208,9 @@ class Decoder:
         whole = source.take(sum(packed))
         if n_bytes not in (None, sum(sizes)):
             raise UnreadableError(f"it has {sum(sizes)} bytes, and not {n_bytes}")
+        self.unpacked += sum(sizes)
+        if self.unpacked > max(_LEAST_MOST, _MOST_TIMES * len(self.data)):
+            raise UnreadableError("more comes out of its arrays than can be believed")
         result = np.empty(sum(sizes), np.uint8)
         at = done = 0
         for size, n_packed in zip(sizes, packed, strict=True):
