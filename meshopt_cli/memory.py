@@ -1,28 +1,32 @@
-"""Whether there is memory enough to begin with."""
+"""Whether there is memory enough to begin something that ends the process where there is not."""
 
 from __future__ import annotations
 
-# What numpy maps when it is imported, and some: what it calls ends the process without a word
-# of ours where there is less.
-NEEDED = 160 << 20
+FOR_NUMPY = 160 << 20  # bytes that are mapped when it is imported, and some
+FOR_LLVM = 32 << 20  # more than linking of some code takes
 
 
-def require_memory() -> None:
-    """Find out whether libraries can be loaded, where the process has a limit of its memory.
+def is_limited() -> bool:
+    """Whether the process has a limit of its memory."""
+    try:
+        import resource
+    except ImportError:  # not on Windows, which has no such limits
+        return False
+    return resource.getrlimit(resource.RLIMIT_AS)[0] != resource.RLIM_INFINITY
+
+
+def require_memory(n_bytes: int) -> None:
+    """Find out whether there is so much memory, where the process has a limit of it.
 
     Raises
     ------
     MemoryError
     """
-    try:
-        import resource
-    except ImportError:  # not on Windows, which has no such limits
-        return
-    if resource.getrlimit(resource.RLIMIT_AS)[0] == resource.RLIM_INFINITY:
+    if not is_limited():
         return
     import mmap
 
     try:
-        mmap.mmap(-1, NEEDED).close()
+        mmap.mmap(-1, n_bytes).close()
     except OSError:
         raise MemoryError from None

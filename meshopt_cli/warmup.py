@@ -21,6 +21,7 @@ from . import kernels
 from .compiled import cache, ways
 from .compiled.decorators import Entry
 from .errors import EXIT_DONE, MeshoptError
+from .files.ending import ended_by
 from .kernels.shape.simplex import ASPECT_RATIO
 from .kernels.types import N_VERDICTS, Judge, Scratch, SimplexMesh
 from .mesh.cast import Simplices
@@ -134,14 +135,19 @@ def compile_groups(groups: Iterable[str]) -> None:
         )
         for share in shares[1:]
     ]
-    try:
-        for share in shares[:1]:
-            compile_here(share)
-        for helper in helpers:
-            helper.wait()
-    finally:
+
+    def end() -> None:
         for helper in helpers:
             helper.kill()
+
+    try:
+        with ended_by(end):
+            for share in shares[:1]:
+                compile_here(share)
+            for helper in helpers:
+                helper.wait()
+    finally:
+        end()
 
 
 def main(groups: list[str]) -> int:

@@ -2,25 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
-import os
-import sys
 from typing import TYPE_CHECKING
 
-from ..errors import (
-    EXIT_DONE,
-    EXIT_FILES,
-    EXIT_INTERRUPTED,
-    EXIT_INVARIANT,
-    EXIT_USAGE,
-    MeshoptError,
-    NoReaderError,
-    shown,
-)
-from ..files.ending import begin, is_anything_written, what_is_written
-from . import signals, standard
+from . import signals
 
+# All else is imported by functions: until signals have their meaning, Python gives them its own.
 if TYPE_CHECKING:
     import click
 
@@ -31,6 +17,12 @@ NO_MEMORY = ("cannot allocate memory", "failed to map segment", "can't start new
 def run() -> None:
     """Run the command line and leave with its exit status."""
     signals.install()
+    import contextlib
+    import os
+    import sys
+
+    from . import standard
+
     # numpy starts a thread a core for products of large matrices, which are none here: that is a
     # quarter of the processor time of a small run.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -45,6 +37,13 @@ def run() -> None:
 
 def status_of(arguments: list[str]) -> int:
     """Run the command line; returns the exit status. Errors become one line on stderr."""
+    import io
+    import sys
+
+    from ..errors import EXIT_FILES, MeshoptError, NoReaderError
+    from ..files.ending import begin
+    from . import standard
+
     # A name of a file may hold what stdout cannot show.
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
@@ -62,6 +61,20 @@ def status_of(arguments: list[str]) -> int:
 
 
 def _status_of(arguments: list[str]) -> int:
+    import os
+
+    from ..errors import (
+        EXIT_DONE,
+        EXIT_FILES,
+        EXIT_INTERRUPTED,
+        EXIT_INVARIANT,
+        EXIT_USAGE,
+        MeshoptError,
+        NoReaderError,
+    )
+    from ..files.ending import what_is_written
+    from . import standard
+
     try:
         import click
 
@@ -123,10 +136,17 @@ def _is_for_memory(error: BaseException | None) -> bool:
 
 def _with_truth(message: str) -> str:
     """What went wrong, and what is written all the same."""
+    from ..files.ending import is_anything_written, what_is_written
+
     return f"{message}; {what_is_written()}" if is_anything_written() else message
 
 
 def _fail(message: str, status: int, start: str = "meshopt: ") -> int:
+    import contextlib
+    import sys
+
+    from ..errors import shown
+
     with contextlib.suppress(OSError):
         text = shown(message) if start else message
         print(f"{start}{text}", file=sys.stderr, flush=True)

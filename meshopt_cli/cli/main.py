@@ -21,7 +21,7 @@ from ..errors import (
     EXIT_USAGE,
     hint,
 )
-from ..memory import require_memory
+from ..memory import FOR_NUMPY, require_memory
 
 STATUSES = {
     EXIT_DONE: "done",
@@ -55,7 +55,7 @@ class LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
-        require_memory()
+        require_memory(FOR_NUMPY)
         module = importlib.import_module(f".{COMMANDS[cmd_name][0]}", __package__)
         return module.command
 

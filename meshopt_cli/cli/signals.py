@@ -6,14 +6,13 @@ module is imported, or be taken for an error of what it comes through.
 
 from __future__ import annotations
 
-import contextlib
-import os
 import signal
-import sys
-from types import FrameType
+from typing import TYPE_CHECKING
 
 from ..errors import EXIT_HUNG_UP, EXIT_INTERRUPTED, EXIT_TERMINATED
-from ..files.ending import between_steps, remove_temporary, what_is_written
+
+if TYPE_CHECKING:
+    from types import FrameType
 
 # What ends a run, the status it leaves, and how it is called.
 ENDING = {
@@ -42,14 +41,21 @@ def ignore() -> None:
 
 
 def _end(number: int, _: FrameType | None) -> None:
+    from ..files.ending import between_steps
+
     between_steps(lambda: _leave(number))
 
 
 def _leave(number: int) -> None:
+    import contextlib
+    import os
+
+    from ..files.ending import clean_up, what_is_written
+
     ignore()
     status, what = ENDING[signal.Signals(number).name]
     _end_children()
-    remove_temporary()
+    clean_up()
     with contextlib.suppress(OSError):
         start = "\r\x1b[K" if os.isatty(2) else ""  # over a bar that is drawn there
         line = f"{start}meshopt: {what}: {what_is_written()}\n"
@@ -58,6 +64,8 @@ def _leave(number: int) -> None:
 
 
 def _end_children() -> None:
+    import sys
+
     if (processes := sys.modules.get("multiprocessing")) is not None:
         for child in processes.active_children():
             child.kill()

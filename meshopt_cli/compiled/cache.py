@@ -10,19 +10,32 @@ from __future__ import annotations
 import atexit
 import contextlib
 import hashlib
+import logging
 import os
+import re
 import shutil
 import sys
 import tempfile
+import time
 from importlib.util import find_spec
 from pathlib import Path
 
+from ..files import ending
+from . import trust
 from .marks import Code
 from .once import once
 
+log = logging.getLogger("meshopt")
+
+VARIABLE = "MESHOPT_CACHE_DIR"
 PACKAGE = Path(__file__).parent.parent
 # What is compiled, and what compiles it, below the package.
 PATTERNS = ("cells.py", "handles.py", "compiled/**/*.py", "kernels/**/*.py")
+
+_DAY, _MONTH = 86_400.0, 30 * 86_400.0  # seconds
+_FOLDER = re.compile(r"[0-9a-f]{16}")
+_TEMPORARY = re.compile(r"\.[0-9a-f]{16}$")
+_incomplete: set[Path] = set()  # folders in which something could not be stored
 
 
 def sources() -> list[Path]:
@@ -53,63 +66,135 @@ def _version_of_numba() -> bytes:
     return Path(spec.origin).with_name("_version.py").read_bytes()
 
 
-def _is_writable(folder: Path) -> bool:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            return True
-    except OSError:
-        return False
-
-
-@once
-def folder() -> Path:
-    """The folder for machine code, writable and private to the user.
-
-    It lies in one of these: `MESHOPT_CACHE_DIR`, `XDG_CACHE_HOME`, the home's `.cache`, and where
-    none can be written a temporary folder that goes with the process.
-    """
-    digest = _digest()
+def _roots() -> list[Path]:
+    """Where folders for machine code may lie, the first choice first."""
     roots = []
-    if own := os.environ.get("MESHOPT_CACHE_DIR"):
+    if own := os.environ.get(VARIABLE):
         roots.append(Path(own))
     if xdg := os.environ.get("XDG_CACHE_HOME"):
         roots.append(Path(xdg) / "meshopt")
     elif home := os.environ.get("HOME") or os.environ.get("USERPROFILE"):
         roots.append(Path(home) / ".cache" / "meshopt")
-    for root in roots:
-        if _is_writable(root / digest):
-            return root / digest
-    private = tempfile.mkdtemp(prefix="meshopt-kernels-")
+    return roots
+
+
+@once
+def folders() -> tuple[Path, list[Path]]:
+    """The folder to write machine code to, and all that it may be read from, that one included.
+
+    The first is private to the user: see `trust`. Where there is none that can be written, it is
+    a temporary one that goes with the process; what was compiled before is read all the same.
+    """
+    digest = _digest()
+    readable: list[Path] = []
+    for root in _roots():
+        place = root / digest
+        with contextlib.suppress(OSError):
+            _make(place)
+        if not place.is_dir():
+            continue
+        if not trust.is_safe(place):
+            _warn_of(root)
+            continue
+        readable.append(place)
+        if _is_writable(place):
+            return place, readable
+    private = Path(tempfile.mkdtemp(prefix="meshopt-kernels-"))
     atexit.register(shutil.rmtree, private, ignore_errors=True)
-    return Path(private) / digest
+    ending.note_temporary(private)
+    return private / digest, [*readable, private / digest]
+
+
+def folder() -> Path:
+    """The folder to write machine code to."""
+    return folders()[0]
+
+
+def _make(place: Path) -> None:
+    """Make a folder that nobody else can write, and those above it that are missing."""
+    missing = [place, *place.parents]
+    for path in reversed([path for path in missing if not path.exists()]):
+        path.mkdir(mode=0o700, exist_ok=True)
+
+
+def _is_writable(place: Path) -> bool:
+    """Whether it is; it is in use today, too: see `_sweep`."""
+    try:
+        with tempfile.TemporaryFile(dir=place):
+            pass
+        if time.time() - place.stat().st_mtime > _DAY:
+            os.utime(place)
+    except OSError:
+        return False
+    return True
+
+
+def _warn_of(root: Path) -> None:
+    asked = os.environ.get(VARIABLE) == str(root)
+    log.log(
+        logging.WARNING if asked else logging.INFO,
+        "%s: others can write there, or it is another user's: no compiled kernels are taken "
+        "from it, nor put there",
+        f"{VARIABLE}={root}" if asked else root,
+    )
+
+
+def has(name: str) -> bool:
+    """Whether there is a mark of this name."""
+    return any(trust.read(place / name) is not None for place in folders()[1])
+
+
+def mark(name: str, text: str = "") -> None:
+    """Leave a mark, unless something else could not be stored."""
+    if folder() in _incomplete:
+        return
+    with contextlib.suppress(OSError):
+        _put(folder() / name, text.encode())
+        _sweep(folder())
 
 
 def read(name: str) -> Code | None:
     """Code that `write` stored; None where there is none, or not all of it as it was."""
-    try:
-        stored = (folder() / name).read_bytes()
-    except OSError:
-        return None
-    checked, _, checksum = stored.rpartition(b"\n")
-    if hashlib.sha256(checked).hexdigest().encode() != checksum:
-        return None
-    image, _, results = checked.rpartition(b"\n")
-    return Code(image, results.decode())
+    for place in folders()[1]:
+        stored = trust.read(place / name)
+        if stored is None:
+            continue
+        checked, _, checksum = stored.rpartition(b"\n")
+        if hashlib.sha256(checked).hexdigest().encode() == checksum:
+            image, _, results = checked.rpartition(b"\n")
+            return Code(image, results.decode())
+    return None
 
 
 def write(name: str, code: Code) -> None:
     """Store code, all of it or none; where nothing can be written, it is compiled each time."""
     # Object files end where their tables say: tools that read them pass over the last two lines.
     checked = code.image + b"\n" + code.results.encode()
-    stored = checked + b"\n" + hashlib.sha256(checked).hexdigest().encode()
-    place = folder() / name
-    # The permissions are those of any new file, which a folder that users share needs.
-    temporary = place.with_name(f"{name}.{os.urandom(8).hex()}")
-    with contextlib.suppress(OSError):
-        place.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            temporary.write_bytes(stored)
-            temporary.replace(place)
-        finally:
-            temporary.unlink(missing_ok=True)
+    try:
+        _put(folder() / name, checked + b"\n" + hashlib.sha256(checked).hexdigest().encode())
+    except OSError:
+        _incomplete.add(folder())
+
+
+def _put(place: Path, data: bytes) -> None:
+    temporary = place.with_name(f"{place.name}.{os.urandom(8).hex()}")
+    _make(place.parent)
+    with ending.temporary(temporary):
+        # Whatever the umask is: what others can write is not read.
+        with open(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644), "wb") as stream:
+            stream.write(data)
+        temporary.replace(place)
+
+
+def _sweep(used: Path) -> None:
+    """Remove folders of other versions that were not used for long, and what killed runs left."""
+    old = time.time() - _MONTH
+    for place in used.parent.iterdir():
+        with contextlib.suppress(OSError):
+            is_old = place.stat().st_mtime < old and trust.is_ours(place.lstat())
+            if _FOLDER.fullmatch(place.name) and place != used and is_old and place.is_dir():
+                shutil.rmtree(place, ignore_errors=True)
+    for place in used.iterdir():
+        with contextlib.suppress(OSError):
+            if _TEMPORARY.search(place.name) and place.stat().st_mtime < time.time() - _DAY:
+                place.unlink()

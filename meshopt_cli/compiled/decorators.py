@@ -10,13 +10,17 @@ from __future__ import annotations
 import contextlib
 import functools
 import hashlib
+import logging
 import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast, overload
 
+from ..memory import is_limited
 from . import cache, ways, words
 from .marks import Code, Kernel
+
+log = logging.getLogger("meshopt")
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -73,6 +77,8 @@ class Entry:
         except MemoryError:
             raise
         except Exception as error:
+            if is_limited():  # what fails for want of memory says so in many ways
+                raise MemoryError from error
             # Inner names of numba may be gone, or mean something else, in more ways than can be
             # foreseen. Where the kernel itself is at fault, numba says so here.
             ready = self._plain(name, arguments)
@@ -91,16 +97,23 @@ class Entry:
     def _native(self, name: str, flat: words.Words, arguments: tuple[Any, ...]) -> Ready:
         from . import native
 
-        return native.Native(self._code(f"{name}.o", arguments), flat, _symbols_of_numba)
+        stored = cache.read(f"{name}.o")
+        if stored is not None:
+            try:
+                return native.Native(stored, flat, _symbols_of_numba)
+            except MemoryError:
+                raise
+            except Exception:
+                # It is damaged, or made by something else: it is made anew.
+                log.info("compiled code of %s cannot be loaded: it is compiled again", name)
+        return native.Native(self._compiled(f"{name}.o", arguments), flat, _symbols_of_numba)
 
-    def _code(self, name: str, arguments: tuple[Any, ...]) -> Code:
-        """The code for such arguments: what is stored, or else compiled now and stored."""
-        code = cache.read(name)
-        if code is None:
-            from . import jit
+    def _compiled(self, name: str, arguments: tuple[Any, ...]) -> Code:
+        """The code for such arguments, compiled now and stored."""
+        from . import jit
 
-            code = jit.compile_entry(self.py_func, arguments)
-            cache.write(name, code)
+        code = jit.compile_entry(self.py_func, arguments)
+        cache.write(name, code)
         return code
 
     def _plain(self, name: str, arguments: tuple[Any, ...]) -> Ready:

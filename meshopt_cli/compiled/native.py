@@ -14,6 +14,7 @@ from typing import Any
 
 import llvmlite.binding as llvm
 
+from ..memory import FOR_LLVM, require_memory
 from .marks import SYMBOL, Code
 from .once import once
 from .words import Results, Words, packing
@@ -39,6 +40,7 @@ def _link(image: bytes, symbols: Mapping[str, int]) -> llvm.ResourceTracker:
     RuntimeError
         It needs others.
     """
+    require_memory(FOR_LLVM)
     builder = llvm.JITLibraryBuilder()
     builder.add_object_img(image).add_current_process().export_symbol(SYMBOL)
     for name, address in symbols.items():

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import logging
 import os
 import threading
 from collections.abc import Iterable
 from enum import StrEnum
-from pathlib import Path
 
 from ..errors import ConfigError
 from . import cache
@@ -29,6 +27,8 @@ class Way(StrEnum):
 
 
 _given_up = threading.Event()
+# A mark: the name of the folder depends on the version of numba, and on our sources.
+_GIVEN_UP = "native.not"
 
 
 def way() -> Way:
@@ -42,7 +42,7 @@ def way() -> Way:
     asked = os.environ.get(VARIABLE) or Way.NATIVE
     if asked not in list(Way):
         raise ConfigError(f"{VARIABLE}: '{asked}' is none of {', '.join(Way)}")
-    given_up = _given_up.is_set() or _why_given_up().exists()
+    given_up = _given_up.is_set() or cache.has(_GIVEN_UP)
     return Way.NUMBA if given_up else Way(asked)
 
 
@@ -55,26 +55,18 @@ def give_up_native(why: Exception) -> None:
         reason,
     )
     _given_up.set()
-    with contextlib.suppress(OSError):
-        _why_given_up().write_text(f"{reason}\n", encoding="utf-8")
-
-
-def _why_given_up() -> Path:
-    # The name of the folder depends on the version of numba, and on our sources.
-    return cache.folder() / "native.not"
+    cache.mark(_GIVEN_UP, f"{reason}\n")
 
 
 def missing(groups: Iterable[str]) -> list[str]:
     """Groups of kernels that no run has compiled from these sources yet, the way they run."""
-    return [] if INTERPRETED else [group for group in groups if not _mark_of(group).exists()]
+    return [] if INTERPRETED else [group for group in groups if not cache.has(_mark_of(group))]
 
 
 def note(group: str) -> None:
     """Note that a group of kernels is compiled."""
-    with contextlib.suppress(OSError):
-        cache.folder().mkdir(parents=True, exist_ok=True)
-        _mark_of(group).touch()
+    cache.mark(_mark_of(group))
 
 
-def _mark_of(group: str) -> Path:
-    return cache.folder() / f"{group}.{way()}"
+def _mark_of(group: str) -> str:
+    return f"{group}.{way()}"

@@ -15,6 +15,7 @@ PREFIX = "meshopt-run-"  # of folders for temporary files
 
 _temporary: set[Path] = set()
 _written: list[Path] = []
+_endings: list[Callable[[], object]] = []
 _undivided = 0
 _waiting: list[Callable[[], None]] = []
 
@@ -74,8 +75,25 @@ def temporary_folder() -> Iterator[Path]:
                 os.close(held)
 
 
-def remove_temporary() -> None:
-    """Remove all that is temporary, for a run that ends here."""
+def note_temporary(path: Path) -> None:
+    """Note that something is to be gone when the run is ended; it goes by itself else."""
+    _temporary.add(path)
+
+
+@contextlib.contextmanager
+def ended_by(action: Callable[[], object]) -> Iterator[None]:
+    """Have something done if the run is ended meanwhile."""
+    _endings.append(action)
+    try:
+        yield
+    finally:
+        _endings.remove(action)
+
+
+def clean_up() -> None:
+    """Do all that is to be done, and remove what is temporary, for a run that ends here."""
+    for action in list(_endings):
+        action()
     for path in list(_temporary):
         _remove(path)
 

@@ -7,7 +7,7 @@ import pytest
 
 from meshopt_cli import formats
 from meshopt_cli.compiled import cache, decorators, ways
-from support.compiling import Found, Part, array, described, first, outer, scaled, total, twice
+from support.compiling import Found, Part, array, at, described, first, outer, scaled, total, twice
 from support.edits import shaken
 from support.meshes import tet_grid
 from support.processes import said, start_python
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.skipif(ways.INTERPRETED, reason="kernels are interprete
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """An empty folder for machine code."""
-    monkeypatch.setattr(cache, "folder", lambda: tmp_path / "kernels")
+    monkeypatch.setattr(cache, "folders", at(tmp_path / "kernels"))
     return tmp_path / "kernels"
 
 
@@ -133,7 +133,7 @@ def test_code_that_needs_functions_of_numba(folder):
 
 def test_where_nothing_can_be_written(tmp_path, monkeypatch):
     (tmp_path / "file").touch()
-    monkeypatch.setattr(cache, "folder", lambda: tmp_path / "file" / "kernels")
+    monkeypatch.setattr(cache, "folders", at(tmp_path / "file" / "kernels"))
     assert decorators.Entry(first)(np.array([7.0])) == 7.0
 
 

@@ -12,6 +12,7 @@ import pytest
 
 from meshopt_cli.compiled import cache, decorators, native, ways
 from meshopt_cli.compiled.once import once
+from support.compiling import at
 
 pytestmark = pytest.mark.skipif(ways.INTERPRETED, reason="kernels are interpreted")
 
@@ -62,7 +63,7 @@ RESULTS = [[3.0 * i] * 3 for i in range(N_THREADS)]
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """An empty folder for machine code."""
-    monkeypatch.setattr(cache, "folder", lambda: tmp_path)
+    monkeypatch.setattr(cache, "folders", at(tmp_path))
     return tmp_path
 
 
@@ -102,6 +103,6 @@ def test_the_folder_is_found_once(tmp_path, monkeypatch):
         monkeypatch.setenv(name, str(file))
     calls = []
     monkeypatch.setattr(cache.tempfile, "mkdtemp", slowly(cache.tempfile.mkdtemp, calls))
-    monkeypatch.setattr(cache, "folder", once(cache.folder.__wrapped__))
+    monkeypatch.setattr(cache, "folders", once(cache.folders.__wrapped__))
     assert len(set(at_once(lambda _: cache.folder()))) == 1
     assert calls == ["mkdtemp"]

@@ -8,7 +8,7 @@ import pytest
 from meshopt_cli.cli.entry import status_of
 from meshopt_cli.compiled import cache, decorators, ways
 from meshopt_cli.errors import EXIT_USAGE, ConfigError
-from support.compiling import array, outer, total
+from support.compiling import array, at, outer, total
 from support.processes import outside, start_python
 from support.samples import ROOT
 
@@ -48,7 +48,7 @@ def environment(tmp_path):
 
 @pytest.mark.parametrize("name", ["native", "numba"])
 def test_the_environment_names_a_way(name, tmp_path, monkeypatch):
-    monkeypatch.setattr(cache, "folder", lambda: tmp_path)
+    monkeypatch.setattr(cache, "folders", at(tmp_path))
     monkeypatch.setenv(ways.VARIABLE, name)
     assert ways.way() == name
     ways.note("basic")
@@ -93,7 +93,10 @@ with pytest.raises(Exception, match="modify readonly array"):
 def test_a_folder_that_cannot_be_written_is_no_harm_by_numba(environment, tmp_path):
     (tmp_path / "file").touch()
     place = f"pathlib.Path({str(tmp_path)!r}) / 'file' / 'kernels'"
-    code = f"import pathlib; from meshopt_cli.compiled import cache; cache.folder = lambda: {place}"
+    code = (
+        "import pathlib; from meshopt_cli.compiled import cache\n"
+        f"cache.folders = lambda: ({place}, [{place}])\n"
+    )
     said, _ = run(code + CHECK, **{**environment, ways.VARIABLE: "numba"})
     assert said == "numba False"
     assert not list((ROOT / "tests").rglob("compiling.*.nb?"))
@@ -134,7 +137,7 @@ def test_where_the_loader_fails_numba_does_it(fault, environment, tmp_path):
 
 
 def test_a_faulty_kernel_is_no_fault_of_the_loader(tmp_path, monkeypatch):
-    monkeypatch.setattr(cache, "folder", lambda: tmp_path / "kernels")
+    monkeypatch.setattr(cache, "folders", at(tmp_path / "kernels"))
     monkeypatch.delenv(ways.VARIABLE, raising=False)
     with pytest.raises(TypeError, match="kernels return no array"):
         decorators.Entry(array)(np.zeros(2))

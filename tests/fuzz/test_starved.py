@@ -87,7 +87,7 @@ def assert_told(folder, written, with_old, child, may_be_left=False):
         is_old = (path.read_text(errors="replace") if path.exists() else None) == was
         assert is_old or is_whole(path), path
         is_told = re.search(rf"{re.escape(str(path))}.*(is|are) written", err) is not None
-        if child.returncode not in (0, 1, -9):
+        if child.returncode > 1:
             assert is_told == (not is_old), (err, path)
     assert "Traceback" not in err
     assert "internal error" not in err
@@ -102,7 +102,8 @@ def signalled(folder, arguments, written, number, delay, with_old):
     time.sleep(delay)
     child.send_signal(number)
     assert_told(folder, written, with_old, child, may_be_left=number == signal.SIGKILL)
-    assert child.returncode in (0, 1, STATUS[number])
+    # Before our first line runs, a signal does what it does to any program.
+    assert child.returncode in (0, 1, STATUS[number], -number)
 
 
 def at_random(seed, mesh, tmp_path):
