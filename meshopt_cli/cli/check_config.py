@@ -3,13 +3,16 @@ pyproject.toml, whichever is nearest to the working directory."""
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 from typing import Any
 
 import click
 
 from ..errors import ConfigError, hint
+from ..plans.ranges import quoted
 from ..plans.toml import nearest_table
+from .options import Number
 
 # Where the table stands in each file.
 FILES = {"meshopt.toml": ("check",), "pyproject.toml": ("tool", "meshopt", "check")}
@@ -37,7 +40,7 @@ def defaults(command: click.Command, ctx: click.Context, folder: Path) -> dict[s
     values = {}
     for key, value in table.items():
         if key not in options:
-            raise ConfigError(f"{path}: check has no key {key!r}{hint(key, options)}")
+            raise ConfigError(f"{path}: check has no key {quoted(key)}{hint(key, options)}")
         name, converted = _converted(ctx, path, key, options[key], value)
         values[name] = converted
     return values
@@ -46,8 +49,11 @@ def defaults(command: click.Command, ctx: click.Context, folder: Path) -> dict[s
 def _converted(
     ctx: click.Context, path: Path, key: str, option: click.Option, value: Any
 ) -> tuple[str, Any]:
-    wrong = ConfigError(f"{path}: {key} has a value of a wrong kind: {value!r}")
+    wrong = ConfigError(f"{path}: {key} has a value of a wrong kind: {quoted(value)}")
     if isinstance(value, dict) or (option.is_flag != isinstance(value, bool)):
+        raise wrong
+    takes_text = not option.is_flag and not isinstance(option.type, Number)
+    if takes_text and not isinstance(value, str | list):
         raise wrong
     if isinstance(value, list):
         if not all(isinstance(one, str) for one in value):
@@ -69,9 +75,6 @@ class Configured(click.Command):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Look for the file before the options are parsed, which win over it."""
         if not {"--no-config", "-h", "--help"} & set(args):
-            try:
-                folder = Path.cwd()
-            except OSError:  # it was removed, and there is no file in it
-                return super().parse_args(ctx, args)
-            ctx.default_map = defaults(self, ctx, folder)
+            with contextlib.suppress(FileNotFoundError):  # the working folder is gone
+                ctx.default_map = defaults(self, ctx, Path.cwd())
         return super().parse_args(ctx, args)

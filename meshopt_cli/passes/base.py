@@ -100,7 +100,7 @@ class Pass:
         shown = f"{self.name}.{name.replace('_', '-')}"
         if metadata["choices"] and value not in metadata["choices"]:
             choices = ", ".join(metadata["choices"])
-            raise ConfigError(f"{shown}: {value!r} is not one of {choices}")
+            raise ConfigError(f"{shown}: {value!r:.60} is not one of {choices}")
         least, most = metadata["least"], metadata["most"]
         if not metadata["choices"] and not least <= value <= most:
             limits = f"from {least:.10g} to {most:.10g}"

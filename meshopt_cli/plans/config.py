@@ -13,7 +13,7 @@ from ..passes.repair import Repair
 from ..quality.measures import DEFAULT_MEASURE, Measure, measure_named
 from .pipeline import Pipeline
 from .presets import DEFAULT_PRESET, preset_named
-from .ranges import RANGES
+from .ranges import RANGES, quoted
 from .settings import option_of, pass_named, with_settings
 from .stages import Repeat, Sequence, Stage
 from .toml import read_toml
@@ -131,7 +131,7 @@ def _plan(values: dict[str, Any], request: Request, dimension: int) -> Plan:
     limit = values.get("time-limit", math.inf)
     allow = tuple(values.get("allow", ()))
     if not all(isinstance(code, str) for code in allow):
-        raise ConfigError(f"allow has a value of a wrong kind: {list(allow)!r}")
+        raise ConfigError("allow has a value of a wrong kind: it must be a list of codes")
     return Plan(Pipeline(name, stages, limit, tuple(repairs)), measure, all_measures, allow)
 
 
@@ -152,9 +152,9 @@ def load(path: Path) -> dict[str, Any]:
     values = read_toml(path)
     for key, value in values.items():
         if key not in KEYS:
-            raise ConfigError(f"{path}: unknown key {key!r}{hint(key, KEYS)}")
+            raise ConfigError(f"{path}: unknown key {quoted(key)}{hint(key, KEYS)}")
         if not isinstance(value, KEYS[key]) or isinstance(value, bool):
-            raise ConfigError(f"{path}: {key} has a value of a wrong kind: {value!r}")
+            raise ConfigError(f"{path}: {key} has a value of a wrong kind: {quoted(value)}")
     if "preset" in values and ("pass" in values or "before" in values):
         raise ConfigError(f"{path}: a preset and a list of passes exclude each other")
     return values

@@ -3,12 +3,40 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import re
 from dataclasses import dataclass
-from typing import Any
+from datetime import date, time
 
 # More rounds, processes or lines than anybody means, and less than what no counter holds.
 MOST = 2**31 - 1
+
+# Numbers as they are written in other programs: no underscores, no digits of other scripts.
+WHOLE = re.compile(r"[+-]?[0-9]+")
+DECIMAL = re.compile(
+    r"[+-]?(([0-9]+(\.[0-9]*)?|\.[0-9]+)(e[+-]?[0-9]+)?|inf|infinity|nan)", re.IGNORECASE
+)
+LONGEST = 60  # what is quoted of a value
+
+
+def quoted(value: object) -> str:
+    """A value of a file or a command line, as a line that says what is wrong with it shows it."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, dict):
+        return "a table"
+    if isinstance(value, list | tuple):
+        return "a list"
+    if isinstance(value, date | time):
+        return value.isoformat()
+    try:
+        return cut(repr(value))
+    except ValueError:  # more digits than Python writes
+        return "a number of thousands of digits"
+
+
+def cut(text: str) -> str:
+    """The beginning of a long text."""
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
 
 
 @dataclass(frozen=True)
@@ -40,22 +68,41 @@ class Range:
         ValueError
             It stands for none, or for one out of range: the message says which are in it.
         """
-        kind: Callable[[Any], float] = int if self.is_whole else float
-        what = "a whole number" if self.is_whole else "a number"
+        if isinstance(value, str):
+            return self._within(self._read(value), cut(value.strip()))
+        return self.of_file(value)
+
+    def of_file(self, value: object) -> float:
+        """The number that a value of a file is, where no text stands for one; else as `number`."""
+        kinds = int if self.is_whole else (int, float)
+        if isinstance(value, bool) or not isinstance(value, kinds):
+            raise ValueError(f"{quoted(value)} is not {self._kind}")
         try:
-            if isinstance(value, bool) or (self.is_whole and isinstance(value, float)):
-                raise ValueError
-            number = kind(value)
-        except (TypeError, ValueError):
-            raise ValueError(f"{value!r} is not {what}") from None
+            number = value if self.is_whole else float(value)
         except OverflowError:
-            number = math.inf if isinstance(value, int) and value > 0 else -math.inf
+            number = math.inf if value > 0 else -math.inf
+        return self._within(number, quoted(value))
+
+    def _read(self, text: str) -> float:
+        form = WHOLE if self.is_whole else DECIMAL
+        if not form.fullmatch(text.strip()):
+            raise ValueError(f"{quoted(text)} is not {self._kind}")
+        try:
+            return int(text) if self.is_whole else float(text)
+        except ValueError:  # more digits than Python reads
+            return -math.inf if text.strip().startswith("-") else math.inf
+
+    def _within(self, number: float, said: str) -> float:
         if isinstance(number, float) and math.isnan(number):
-            raise ValueError(f"{value} is not a number")
+            raise ValueError(f"{said} is not a number")
         too_large = number > self.most or (number == math.inf and not self.is_endless)
         if too_large or number < self.least or (self.is_open and number == self.least):
-            raise ValueError(f"{value} is out of range, must be {self}")
+            raise ValueError(f"{said} is out of range, must be {self}")
         return number
+
+    @property
+    def _kind(self) -> str:
+        return "a whole number" if self.is_whole else "a number"
 
     def __str__(self) -> str:
         finite = "" if self.is_whole or self.is_endless else "finite and "

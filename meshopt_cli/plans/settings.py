@@ -9,6 +9,7 @@ from typing import Any
 from ..errors import ConfigError, chosen, hint
 from ..passes import PASSES, Pass
 from .pipeline import Pipeline
+from .ranges import Range, cut, quoted
 from .stages import Change
 
 # What options were called before, of whatever pass.
@@ -48,11 +49,11 @@ def with_settings(pipeline: Pipeline, settings: Iterable[str]) -> Pipeline:
         target, equals, value = setting.partition("=")
         name, dot, key = target.strip().partition(".")
         if not equals or not dot:
-            raise ConfigError(f"--set {setting}: must be PASS.OPTION=VALUE")
+            raise ConfigError(f"--set {quoted(setting)}: must be PASS.OPTION=VALUE")
         kind = pass_named(name)
         changed = dict([option_of(kind, key, value.strip(), is_text=True)])
         if not any(type(step) is kind for step in pipeline.passes()):
-            raise ConfigError(f"--set {setting}: the pipeline has no pass {name}")
+            raise ConfigError(f"--set {cut(setting)}: the pipeline has no pass {name}")
         pipeline = pipeline.mapped(_changing(kind, changed))
     return pipeline
 
@@ -76,19 +77,21 @@ def option_of(kind: type[Pass], key: str, value: Any, is_text: bool = False) -> 
     ConfigError
         There is no such option, or the value is of another type.
     """
-    types = {f.name: str(f.type) for f in fields(kind)}
+    known = {f.name: f for f in fields(kind)}
     name = key.replace("-", "_")
-    if name not in types:
-        raise ConfigError(f"pass {kind.name} has no option {key!r}{_meant(name, types)}")
-    allowed = {"int": (int,), "float": (int, float), "str": (str,)}[types[name]]
-    make = {"int": int, "float": float, "str": str}[types[name]]
+    if name not in known:
+        raise ConfigError(f"pass {kind.name} has no option {cut(repr(key))}{_meant(name, known)}")
+    option, shown_name = known[name], f"{kind.name}.{name.replace('_', '-')}"
+    if option.type == "str":
+        if not isinstance(value, str):
+            raise ConfigError(f"{shown_name}: {quoted(value)} is not a text")
+        return name, value
+    limits = option.metadata
+    range_ = Range(limits["least"], limits["most"], is_whole=option.type == "int")
     try:
-        if not is_text and (isinstance(value, bool) or not isinstance(value, allowed)):
-            raise ValueError
-        return name, make(value)
-    except (ValueError, OverflowError):
-        shown = f"{kind.name}.{name.replace('_', '-')}"
-        raise ConfigError(f"{shown}: {value!r} is not of type {types[name]}") from None
+        return name, range_.number(value) if is_text else range_.of_file(value)
+    except ValueError as error:
+        raise ConfigError(f"{shown_name}: {error}") from None
 
 
 def _meant(name: str, known: Iterable[str]) -> str:

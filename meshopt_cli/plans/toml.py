@@ -8,6 +8,8 @@ from typing import Any
 
 from ..errors import ConfigError
 
+LARGEST = 10_000_000  # bytes; devices have no end
+
 
 def read_toml(path: Path) -> dict[str, Any]:
     """All that a file holds.
@@ -20,12 +22,22 @@ def read_toml(path: Path) -> dict[str, Any]:
     import tomllib
 
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "is not UTF-8 text"
-        raise ConfigError(f"{path}: {reason}") from error
-    except ValueError as error:  # TOMLDecodeError, and that of a number too long for Python
+        with path.open("rb") as file:
+            data = file.read(LARGEST + 1)
+        if len(data) > LARGEST:
+            raise ConfigError(f"{path}: larger than any file of options ({LARGEST:,} bytes)")
+        # Some editors put a mark before the first letter.
+        return tomllib.loads(data.decode("utf-8-sig").replace("\r\n", "\n"))
+    except OSError as error:
+        raise ConfigError(f"{path}: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise ConfigError(f"{path}: is not UTF-8 text") from error
+    except tomllib.TOMLDecodeError as error:
         raise ConfigError(f"{path}: not valid TOML: {error}") from error
+    except ValueError as error:
+        raise ConfigError(f"{path}: not valid TOML: a number has too many digits") from error
+    except RecursionError as error:
+        raise ConfigError(f"{path}: not valid TOML: lists or tables lie too deep") from error
 
 
 def nearest_table(
@@ -46,7 +58,7 @@ def nearest_table(
     for place in (folder, *folder.parents):
         for name, keys in places.items():
             path = place / name
-            if not path.is_file():
+            if not _is_file(path):
                 continue
             table: Any = read_toml(path)
             for key in keys:
@@ -56,3 +68,10 @@ def nearest_table(
             if table is not None:
                 raise ConfigError(f"{path}: [{'.'.join(keys)}] must be a table")
     return None
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:  # what may not be looked at is not there
+        return False

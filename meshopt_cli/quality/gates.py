@@ -11,7 +11,10 @@ from ..errors import ConfigError
 from .measures import DEFAULT_MEASURE, MEASURES, Measure, measure_named
 
 # A gate as it is written: a measure, a limit, and where it holds only in a region, that region.
-GATE = re.compile(r"\s*([a-z][a-z0-9-]*)\s*(<=|>=)\s*([^@\s]+)\s*(?:@\s*(.*\S)\s*)?")
+NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+GATE = re.compile(rf"\s*([a-z][a-z0-9-]*)\s*(<=|>=)\s*({NUMBER})\s*(?:@\s*(.*\S)\s*)?")
+
+LONGEST = 100  # what is shown of a gate that is none
 
 
 @dataclass(frozen=True)
@@ -96,18 +99,14 @@ def limit_of(text: str) -> Limit:
         It has another form, or names no measure.
     """
     match = GATE.fullmatch(text)
-    try:
-        if match is None:
-            raise ValueError
-        value = float(match[3])
-        if not math.isfinite(value):
-            raise ValueError
-    except ValueError:
+    value = math.inf if match is None else float(match[3])
+    shown = repr(text if len(text) <= LONGEST else f"{text[:LONGEST]}...")
+    if match is None or math.isinf(value):
         form = '"QUANTITY>=VALUE" or "QUANTITY<=VALUE", and "@ REGION" after it if it has one'
-        raise ConfigError(f"gate {text!r}: must be {form}") from None
+        raise ConfigError(f"gate {shown}: must be {form}; VALUE is a finite number")
     if match[1] not in MEASURES:
         known = ", ".join(MEASURES)
-        raise ConfigError(f"gate {text!r}: no quantity {match[1]!r}: choose one of {known}")
+        raise ConfigError(f"gate {shown}: no quantity {match[1]!r}: choose one of {known}")
     return Limit(match[1], match[2] == ">=", value, match[4])
 
 

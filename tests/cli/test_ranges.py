@@ -2,6 +2,7 @@
 
 import math
 import re
+from datetime import date, datetime, time
 
 import click
 import pytest
@@ -14,7 +15,8 @@ from meshopt_cli.cli.main import COMMANDS, main
 from meshopt_cli.cli.options import Number
 from meshopt_cli.errors import ConfigError
 from meshopt_cli.plans.config import NUMBERS, Request, load, plan_for
-from meshopt_cli.plans.ranges import MOST, RANGES, Range
+from meshopt_cli.plans.ranges import MOST, RANGES, Range, cut, quoted
+from meshopt_cli.quality.gates import limit_of
 from support.files import write
 from support.meshes import tet_grid
 
@@ -46,10 +48,14 @@ def wrong_values(key):
     if math.isfinite(row.most):
         texts += [str(2**63), str(row.most * 1.01) if not row.is_whole else str(row.most + 1)]
     if row.is_whole:
-        texts.append("1.5")
+        texts += ["1.5", "3.0", "1e1"]
     if row.is_open:
         texts.append(str(row.least))
     return texts
+
+
+# Numbers to Python, or nearly so.
+ODD_TEXTS = ["1_000", "\u0663", "0x10", "1\u20093", "\x1b[31m1", "-" + "9" * 10_000]
 
 
 @pytest.fixture
@@ -76,13 +82,14 @@ def test_a_flag_refuses_what_is_out_of_range(tets, tmp_path, capsys, command, ke
         str(tets),
         *([str(tmp_path / "out.vtk")] if command == "optimize" else []),
     ]
-    for text in (*wrong_values(key), "much", ""):
+    for text in (*wrong_values(key), "much", "", *ODD_TEXTS):
         status = status_of([*arguments, f"--{key}={text}"])
         out, err = capsys.readouterr()
         assert (status, out) == (2, ""), text
         assert f"--{key}" in err
-        assert text in err
+        assert text[:40] in err or repr(text) in err
         assert len(err.splitlines()) == 1
+        assert len(err) < 300
     assert not (tmp_path / "out.vtk").exists()
 
 
@@ -149,8 +156,95 @@ def test_a_range_takes_what_is_in_it_and_nothing_else(key, value):
                 math.inf if large else value if row.is_whole else float(value)
             )
         else:
-            with pytest.raises(ValueError, match=re.escape(repr(value))):
+            with pytest.raises(ValueError, match=re.escape(cut(repr(value)))):
                 row.number(given_value)
+
+
+@every_range
+@given(
+    value=st.one_of(
+        st.text(), st.dates(), st.times(), st.booleans(), st.none(), st.lists(st.floats())
+    )
+)
+def test_a_range_takes_no_other_things(key, value):
+    row = RANGES[key]
+    number, message = number_or_message(row, value)
+    if number is None:
+        assert len(message) < 200
+        assert message.isprintable()
+    else:
+        assert isinstance(value, str)
+        assert value.isascii()
+        assert row.least <= number <= row.most
+
+
+def number_or_message(row, value):
+    try:
+        return row.number(value), ""
+    except ValueError as error:
+        return None, str(error)
+
+
+@every_range
+@pytest.mark.parametrize("n_digits", [400, 4000, 10_000])
+def test_numbers_of_any_length(key, n_digits):
+    row = RANGES[key]
+    for number in (10**n_digits, -(10**n_digits)):
+        if number > 0 and row.is_endless:
+            assert row.number(number) == math.inf
+            continue
+        for value in (number, ("-" if number < 0 else "") + "9" * n_digits):
+            with pytest.raises(ValueError, match="out of range") as caught:
+                row.number(value)
+            assert len(str(caught.value)) < 200
+
+
+@pytest.mark.parametrize(
+    "value",
+    ["nan", "inf", "-inf", "1e999", "1_000", "\u0663", "1,5", "0x1", "", "9" * 10_000],
+)
+def test_a_gate_has_a_finite_number(value):
+    with pytest.raises(ConfigError, match="VALUE is a finite number") as caught:
+        limit_of(f"height-min>={value}")
+    assert len(str(caught.value)) < 300
+
+
+@pytest.mark.parametrize("value", ["1", "-1.5", "+.5", "5.", "1e3", "2.5E-7"])
+def test_a_gate_is_a_number_as_anyone_writes_it(value):
+    assert limit_of(f"height-min >= {value} @ steel").value == float(value)
+
+
+TOML_VALUES = [
+    "nan", "-1", "1979-05-27", "07:32:00", "true", "false", "[]", "[1]", "[[]]", "{}", '""',
+    '"x\\u001b\\n"', "9223372036854775808", "1e400", '["height-min>=nan"]', '"\\u0000"',
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "key", [option.opts[-1].removeprefix("--") for option in options_of("check")]
+)
+def test_whatever_a_file_says_check_ends_with_a_status(tets, tmp_path, capsys, key):
+    for text in TOML_VALUES:
+        (tmp_path / "meshopt.toml").write_text(f"[check]\n{key} = {text}\n")
+        status = status_of(["check", str(tets)])
+        _, err = capsys.readouterr()
+        assert status in (0, 1, 2), (text, err)
+        if status == 2:
+            (line,) = err.splitlines()
+            assert line.isprintable()
+            assert not re.search(r"datetime|Error|True", line)
+
+
+def test_what_is_shown_of_values():
+    """No words of Python, and one short line."""
+    assert [quoted(v) for v in (True, {"a": 1}, [1], 1.5, "a\nb")] == [
+        "true", "a table", "a list", "1.5", r"'a\nb'",
+    ]  # fmt: skip
+    assert quoted(date(1979, 5, 27)) == "1979-05-27"
+    assert quoted(datetime(1979, 5, 27, 7, 32)) == "1979-05-27T07:32:00"
+    assert quoted(time(7, 32)) == "07:32:00"
+    assert len(quoted("x" * 10_000)) < 100
+    assert len(quoted(10**10_000)) < 100
 
 
 def test_a_number_too_long_to_be_read_is_refused(tmp_path):
