@@ -15,6 +15,12 @@ MEAN_GAIN = 1e-3  # the same of the mean Q of a patch
 # A cell with less q than this is flat but for rounding: no rule lets one be made.
 FLAT = 1e-8
 
+# What a better mean may cost: a patch whose worst q is above GOOD keeps it there, any other keeps
+# this part of it. GOOD = 0.55: 0.004 less mean and 0.35 % less cells below Q = 2 over 28 meshes,
+# 1.7 % on one; 0.42: 0.007 less mean, 0.44 % less of them. KEPT from 0.4 to 0.75: no change.
+GOOD = 0.5
+KEPT = 0.6
+
 
 @inlined
 def gained(before: float) -> float:
@@ -33,7 +39,8 @@ def threshold(rule: int, floor: float, before: float) -> float:
     rule : int
         STRICT: the worst q must rise. RATIO: it may not fall below `floor` times what it
         was. FLOOR: it may fall, but not below `floor`. VALID: all cells must stay positive.
-        MEAN: as FLOOR, and `mean_falls` must hold, which the simulation asks last.
+        MEAN: it may fall to KEPT times what it was, but not below `floor`, nor below GOOD where
+        it was above; and `mean_falls` must hold, which the simulation asks last.
     before : float
         Worst q of the patch as it is.
     """
@@ -41,8 +48,12 @@ def threshold(rule: int, floor: float, before: float) -> float:
         return gained(before)
     if rule == RATIO:
         return max(FLAT, floor * before)
-    if rule in (FLOOR, MEAN):
+    if rule == FLOOR:
         return max(FLAT, min(before, floor))
+    if rule == MEAN:
+        good = max(GOOD, floor)
+        least = good if before > good else max(floor, KEPT * before)
+        return max(FLAT, min(before, least))
     return FLAT
 
 

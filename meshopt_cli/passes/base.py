@@ -139,8 +139,9 @@ class Operator(Pass):
         "strict",
         "when a change is taken: the worst Q of its patch falls (strict), does not rise beyond "
         "1/least-quality of what it was (ratio), does not rise above 1/least-quality (floor), all "
-        "cells stay positive (valid), or the mean Q falls and the worst does not rise above "
-        "1/least-quality, nor above that of the mesh where this is less (mean)",
+        "cells stay positive (valid), or the mean Q falls and the worst rises by two thirds at "
+        "most, not above 1/least-quality, nor above that of the mesh where this is less, nor "
+        "above 2 where it was below (mean)",
         choices=tuple(ACCEPT),
     )
     least_quality: float = option(

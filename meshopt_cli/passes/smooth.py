@@ -15,6 +15,7 @@ METHODS = {
     "weighted": relocate.WEIGHTED,
     "quality": relocate.QUALITY,
     "optimize": relocate.OPTIMIZE,
+    "descent": relocate.DESCENT,
 }
 WEIGHTS = {
     "uniform": relocate.UNIFORM,
@@ -37,8 +38,9 @@ class Smooth(Operator):
     method: str = option(
         "quality",
         "where a vertex goes: mean of its neighbours (laplace, 18.19), weighted by their distance "
-        "(weighted, 18.23), mean of the ideal points (quality, 18.24), or uphill on the worst "
-        "quality of the ball (optimize, Remark 18.12)",
+        "(weighted, 18.23), mean of the ideal points (quality, 18.24), uphill on the worst "
+        "quality of the ball (optimize, Remark 18.12), or downhill on the sum of the Q² of the "
+        "ball (descent)",
         choices=tuple(METHODS),
     )
     weight: str = option("quality", "weights of the ideal points (18.24)", choices=tuple(WEIGHTS))

@@ -113,7 +113,7 @@ def _plan(values: dict[str, Any], request: Request, dimension: int) -> Plan:
         if key in values:
             values[key] = _number(key, values[key])
     wanted = {key.replace("-", "_"): values[key] for key in STOPS if key in values}
-    stop = replace(preset.stop, **wanted)
+    stop = replace(preset.stops[dimension], **wanted)
     all_measures = False
     repairs: list[Repair] = []
     stages: tuple[Stage, ...]

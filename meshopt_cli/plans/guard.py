@@ -1,22 +1,33 @@
-"""The best mesh of a run."""
+"""The best mesh of some rounds."""
 
 from __future__ import annotations
 
 from ..work.session import Workspace
 from ..work.standing import Standing
 
+# A worst q within this part of the best one counts as that: 1e-4 and 5e-3 behave alike.
+LIKE = 1e-3
+
 
 class Guard:
-    """Remembers the best state of a run, so that it can be gone back to."""
+    """Remembers the best state to go on from, so that it can be gone back to.
+
+    The worst q decides; of those within `LIKE` of the best that was seen, what all cells are
+    worth (`Standing.cost`). Where the boundary holds the worst cell, much that is good for the
+    others would else be given up for a worst q that hardly differs, or for a mean at the expense
+    of which bad cells got better.
+    """
 
     def __init__(self, work: Workspace) -> None:
         self.best = work.standing()
+        self._worst = self.best.worst  # the best that was seen
         self._kept = work.copy()
 
     def note(self, work: Workspace) -> Standing:
         """Keep the present state unless it is worse than the best; returns how good it is."""
         now = work.standing()
-        if not self.best.is_better_than(now):
+        self._worst = max(self._worst, now.worst)
+        if not self._prefers_best_to(now):
             self.best = now
             del self._kept  # never both of them at once
             self._kept = work.copy()
@@ -24,4 +35,12 @@ class Guard:
 
     def better_of(self, work: Workspace) -> Workspace:
         """The present state, or the best one if that is better."""
-        return self._kept if self.best.is_better_than(work.standing()) else work
+        return self._kept if self._prefers_best_to(work.standing()) else work
+
+    def _prefers_best_to(self, now: Standing) -> bool:
+        if self._worst <= 0.0:
+            return self.best.is_better_than(now)
+        near = (1.0 - LIKE) * self._worst
+        if now.worst < near or self.best.worst < near:
+            return self.best.worst > now.worst
+        return self.best.cost < now.cost - 1e-9

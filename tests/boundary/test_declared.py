@@ -23,7 +23,7 @@ MEASURE = QUALITIES["aspect-ratio"]
 def slid(mesh):
     """The mesh, optimized with a boundary that slides."""
     preset = PRESETS["standard"]
-    pipeline = Pipeline(preset.name, preset.build(preset.stop, 3))
+    pipeline = Pipeline(preset.name, preset.build(preset.stops[3], 3))
     return optimize(mesh, pipeline, MEASURE, policy=Slide()).mesh
 
 

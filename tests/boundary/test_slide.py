@@ -61,7 +61,7 @@ def box(dimension, n, seed, amount=0.3):
 
 def pipeline(preset, dimension):
     chosen = PRESETS[preset]
-    return Pipeline(preset, chosen.build(chosen.stop, dimension))
+    return Pipeline(preset, chosen.build(chosen.stops[dimension], dimension))
 
 
 def on_sides(points):

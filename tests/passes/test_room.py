@@ -90,7 +90,8 @@ def test_passes(kind, options, name, monkeypatch):
 @pytest.mark.parametrize("name", ["raw_ball.mesh", "triangles"])
 def test_presets(preset, name, monkeypatch):
     source = source_named(name)
-    pipeline = Pipeline(preset, PRESETS[preset].build(PRESETS[preset].stop, source.dimension))
+    chosen, dimension = PRESETS[preset], source.dimension
+    pipeline = Pipeline(preset, chosen.build(chosen.stops[dimension], dimension))
     with_room(monkeypatch, 4.0, 10_000, n_points=1_000)
     roomy = everything(pipeline.run(workspace_of(source)).work)
     monkeypatch.undo()

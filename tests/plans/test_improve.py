@@ -48,7 +48,7 @@ def test_it_is_pure_and_can_be_sent(grid, slides):
     part = cast(mesh)
     patches = patches_of(mesh, part, 1e-6) if slides else None
     preset = PRESETS["standard"]
-    pipeline = Pipeline("standard", preset.build(preset.stop, part.dimension))
+    pipeline = Pipeline("standard", preset.build(preset.stops[part.dimension], part.dimension))
     given = frozen(part)
     sent = pickle.loads(pickle.dumps((part, pipeline, JUDGE, 1.5, patches)))
     worked = improve(part, pipeline, JUDGE, 1.5, patches)

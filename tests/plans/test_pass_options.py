@@ -83,11 +83,11 @@ def test_a_former_name_of_another_pass_is_unknown():
 
 def test_a_setting_changes_every_pass_of_its_kind_and_no_other():
     before = plan_for(Request(preset="best")).pipeline
-    after = plan_for(Request(preset="best", settings=("swap.least-quality=0.1",))).pipeline
+    after = plan_for(Request(preset="best", settings=("swap.least-quality=0.15",))).pipeline
     pairs = list(zip(before.passes(), after.passes(), strict=True))
     assert any(one.name == "swap" for one, _ in pairs)
     for one, other in pairs:
         assert (one == other) == (one.name != "swap")
         assert getattr(other, "least_quality", 0.0) == (
-            0.1 if one.name == "swap" else getattr(one, "least_quality", 0.0)
+            0.15 if one.name == "swap" else getattr(one, "least_quality", 0.0)
         )

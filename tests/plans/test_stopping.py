@@ -44,7 +44,7 @@ def test_no_time_at_all(work, preset):
     """The input comes back, and the reason is the time."""
     chosen = PRESETS[preset]
     points = work.mesh.points.copy()
-    outcome = Pipeline(preset, chosen.build(chosen.stop, 3), time_limit=0.0).run(work)
+    outcome = Pipeline(preset, chosen.build(chosen.stops[3], 3), time_limit=0.0).run(work)
     assert outcome.stopped == TIME_IS_UP
     assert outcome.work.mesh.points.tobytes() == points.tobytes()
 

@@ -147,7 +147,9 @@ def run_preset(source, preset, measure=MEASURE):
     work = Workspace(source, measure.judge)
     before = work.standing()
     chosen = PRESETS[preset]
-    outcome = Pipeline(preset, chosen.build(chosen.stop, source.dimension)).run(work)
+    outcome = Pipeline(preset, chosen.build(chosen.stops[source.dimension], source.dimension)).run(
+        work
+    )
     return before, outcome
 
 

@@ -2,7 +2,8 @@
 
 The methods give an auxiliary point P* (18.21); the vertex moves to (1 - w) P + w P*
 (18.22), w being halved while the result is refused (Remark 18.11). `optimize` instead
-climbs the worst quality of the ball (Remark 18.12): see `climb`.
+climbs the worst quality of the ball (Remark 18.12): see `climb`; and `descent` goes downhill on
+the sum of the Q² of the ball: see `descend`.
 """
 
 from __future__ import annotations
@@ -19,8 +20,9 @@ from ..guide import guide_of, guided
 from ..types import APPLIED, INVALID, NOT_BETTER, Scratch, SimplexMesh
 from ..vectors import Vec, along, at, distance, minus, rounded, square_distance, toward
 from .climb import RelocationPlan, apply_relocation, movable_ball, simulate_climb
+from .descend import descend
 
-LAPLACE, WEIGHTED, QUALITY, OPTIMIZE = range(4)
+LAPLACE, WEIGHTED, QUALITY, OPTIMIZE, DESCENT = range(5)
 UNIFORM, WORST, DEGRADATION, DEGRADATION2 = range(4)
 
 # A degradation Q runs to infinity on flat cells: as a weight it is capped here.
@@ -106,6 +108,10 @@ def simulate_relocation(
     verdict, n, before = movable_ball(mesh, vertex, guide, how.below, scratch)
     if verdict != APPLIED:
         return RelocationPlan(verdict, n, p, before)
+    if how.method == DESCENT:
+        q, worst = descend(mesh, ball, n, p, guide, how.rule, how.floor, before, scratch)
+        moved = square_distance(p, q) > 0.0
+        return RelocationPlan(APPLIED if moved else NOT_BETTER, n, q, worst)
     load_star(mesh, ball, n, scratch)
     if how.method == QUALITY:
         goal = ideal_mean(mesh, ball, n, how.weight, scratch)

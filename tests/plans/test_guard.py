@@ -1,0 +1,63 @@
+"""Which of the meshes of some rounds is gone on from."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from meshopt_cli.plans.guard import LIKE, Guard
+from meshopt_cli.work.standing import Standing
+
+
+class At:
+    """Work that stands as it is told to."""
+
+    def __init__(self, worst, mean, tail=9.0):
+        self.now = Standing(worst, mean, tail)
+
+    def standing(self):
+        return self.now
+
+    def copy(self):
+        return At(self.now.worst, self.now.mean, self.now.tail)
+
+
+def test_a_worst_cell_that_stays_does_not_count():
+    """Others that get better are worth a worst q that hardly differs."""
+    guard = Guard(At(0.1, 2.0))
+    guard.note(better := At(0.1 * (1 - 0.5 * LIKE), 1.9))
+    assert guard.best == better.now
+
+
+def test_a_worst_cell_that_gets_better_does():
+    guard = Guard(At(0.1, 2.0))
+    guard.note(better := At(0.11, 2.1))
+    assert guard.best == better.now
+
+
+def test_bad_cells_count_beside_the_mean():
+    guard = Guard(At(0.1, 2.0, 9.0))
+    guard.note(better := At(0.1, 2.05, 8.0))
+    assert guard.best == better.now
+
+
+STANDINGS = st.builds(At, st.floats(0.01, 0.02), st.floats(1.0, 2.0), st.floats(2.0, 9.0))
+
+
+@given(st.lists(STANDINGS, min_size=1, max_size=20))
+def test_many_rounds_lose_no_more_than_one(works):
+    """However often it goes on from what is a little worse, it stays near the best worst q."""
+    guard = Guard(works[0])
+    for work in works[1:]:
+        guard.note(work)
+    most = max(work.now.worst for work in works)
+    near = [work.now for work in works if work.now.worst >= (1 - LIKE) * most]
+    kept = guard.better_of(works[-1]).standing()
+    assert kept.worst >= (1 - LIKE) * most
+    assert kept.cost <= min(standing.cost for standing in near) + 1e-6
+
+
+@given(st.lists(st.builds(At, st.floats(-1.0, 1.0), st.floats(1.0, 2.0)), min_size=1, max_size=9))
+def test_what_is_tangled_is_never_preferred(works):
+    guard = Guard(works[0])
+    for work in works[1:]:
+        guard.note(work)
+    assert (guard.best.worst > 0) == any(work.now.worst > 0 for work in works)
