@@ -104,6 +104,13 @@ def shown(text: str) -> str:
     )
 
 
+def reason(error: OSError) -> str:
+    """What is wrong with a file, in words."""
+    if error.errno is None and str(error).endswith(" written"):  # so says numpy of a part
+        return "no space left on device, or a limit reached"
+    return (error.strerror or str(error)).lower()
+
+
 def near(name: str, known: Iterable[str]) -> str | None:
     """The name that somebody may have meant, if one of those that are known is near."""
     import difflib

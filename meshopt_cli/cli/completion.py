@@ -6,12 +6,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
 
 import click
-from click.shell_completion import CompletionItem
+
+if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
 
 Rows = Callable[[], Iterable[tuple[str, str]]]  # names, each with what it is
-Completer = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
+Completer = Callable[[click.Context, click.Parameter, str], list["CompletionItem"]]
 
 
 def presets() -> Iterable[tuple[str, str]]:
@@ -64,6 +67,8 @@ def of(rows: Rows, many: bool = False) -> Completer:
     def complete(
         ctx: click.Context, parameter: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
+        from click.shell_completion import CompletionItem
+
         before, comma, start = incomplete.rpartition(",") if many else ("", "", incomplete)
         taken = set(before.split(","))
         return [

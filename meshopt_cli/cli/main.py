@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import os
-from pathlib import Path
 
 import click
 
@@ -86,6 +85,8 @@ def _meant(args: list[str]) -> str:
 
 
 def _is_named_like_mesh(word: str) -> bool:
+    from pathlib import Path
+
     from ..formats import FORMATS, extension
 
     return any(extension(Path(word)) in (*row.extensions, *row.others) for row in FORMATS.values())

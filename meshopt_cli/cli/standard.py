@@ -8,8 +8,7 @@ import os
 import sys
 from typing import Any, TextIO
 
-from ..errors import NoReaderError, WriteError
-from ..files.places import reason
+from ..errors import NoReaderError, WriteError, reason
 
 
 class _Stdout(io.RawIOBase):

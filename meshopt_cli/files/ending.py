@@ -9,7 +9,10 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Callable, Iterator
-from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 PREFIX = "meshopt-run-"  # of folders for temporary files
 
@@ -58,6 +61,7 @@ def temporary(path: Path) -> Iterator[Path]:
 def temporary_folder() -> Iterator[Path]:
     """A folder for files that nobody else sees, which goes with them."""
     import tempfile
+    from pathlib import Path
 
     from .sweep import hold, sweep
 

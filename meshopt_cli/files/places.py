@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
-from ..errors import ConfigError, WriteError
+from ..errors import ConfigError, WriteError, reason
 from .sink import PIPE, is_stream, require_place
 
 
@@ -53,13 +53,6 @@ def require_writable(path: Path) -> None:
         require_place(path)
     except OSError as error:
         raise WriteError(f"{path}: cannot be written: {reason(error)}") from error
-
-
-def reason(error: OSError) -> str:
-    """What is wrong with a file, in words."""
-    if error.errno is None and str(error).endswith(" written"):  # so says numpy of a part
-        return "no space left on device, or a limit reached"
-    return (error.strerror or str(error)).lower()
 
 
 def _is_one(a: Path, b: Path) -> bool:

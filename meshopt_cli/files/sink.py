@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-import gzip
-import hashlib
-import shutil
 import sys
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -70,6 +66,8 @@ def written(path: Path, digest: list[str]) -> Iterator[Path]:
     digest : list of str
         The digest of what was written is put there.
     """
+    import shutil
+
     if not is_stream(path):
         with replacing(path) as temporary:
             yield temporary
@@ -98,6 +96,10 @@ def _finish(path: Path, whole: Path, digest: list[str]) -> None:
 
 def _compress(path: Path) -> None:
     """Compress a file in its place; the same bytes give the same bytes."""
+    import gzip
+    import shutil
+    import tempfile
+
     with tempfile.TemporaryFile(dir=path.parent) as packed:
         with (
             path.open("rb") as source,
@@ -110,5 +112,7 @@ def _compress(path: Path) -> None:
 
 
 def _digest(path: Path) -> str:
+    import hashlib
+
     with path.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()

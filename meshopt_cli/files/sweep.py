@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import shutil
 import stat
 import time
 from pathlib import Path
@@ -49,6 +48,8 @@ def _remove_if_left(path: str) -> None:
         if newborn or not hold(file):
             return
         if is_folder:
+            import shutil
+
             shutil.rmtree(path, ignore_errors=True)
         else:
             os.unlink(path)

@@ -16,8 +16,16 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import ConfigError, MeshoptError, NoReaderError, ReadError, WriteError, chosen, shown
-from ..files.places import reason
+from ..errors import (
+    ConfigError,
+    MeshoptError,
+    NoReaderError,
+    ReadError,
+    WriteError,
+    chosen,
+    reason,
+    shown,
+)
 from ..files.sink import PIPE, ZIPPED, is_stream, written
 from ..mesh.model import Array, Mesh
 from .foreign import NO_MESHES, foreign_kind

@@ -14,9 +14,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import IO
 
-from ..errors import ReadError
+from ..errors import ReadError, reason
 from ..files.ending import temporary_folder
-from ..files.places import reason
 from ..files.sink import PIPE, is_stream, is_zipped
 from .sniff import HEAD
 

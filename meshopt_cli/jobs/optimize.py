@@ -15,7 +15,7 @@ from ..mesh.cast import Simplices, cast, with_simplices
 from ..mesh.model import Mesh, main_blocks, main_type
 from ..mesh.second_order import SecondOrder, is_second_order, separated
 from ..mesh.tags import Regions, tags_of
-from ..passes import Observer
+from ..passes import Observer, Tally
 from ..plans.improve import Worked, improve
 from ..plans.pipeline import Pipeline
 from ..plans.stages import Line
@@ -34,7 +34,6 @@ from .admission import (
     require_simplices,
 )
 from .curved import require_plane, to_be_kept, warn_of_curved
-from .mending import mended
 from .regions import doubt_regions
 
 log = logging.getLogger("meshopt")
@@ -213,7 +212,11 @@ def prepare(
     InvalidMeshError, BadMeshError, UnsupportedMeshError
         See `optimize`.
     """
-    mesh, tallies = mended(mesh, pipeline.repairs)
+    tallies: list[Tally] = []
+    if pipeline.repairs:
+        from .mending import mended  # few runs need it
+
+        mesh, tallies = mended(mesh, pipeline.repairs)
     require_simplices(mesh)
     require_range(mesh)
     source, tangle = admit(mesh, pipeline.mends_tangles, allowed)

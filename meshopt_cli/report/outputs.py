@@ -11,8 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from .. import __version__
-from ..errors import ConfigError, WriteError
-from ..files.places import reason
+from ..errors import ConfigError, WriteError, reason
 from ..files.sink import is_stream, written
 
 if TYPE_CHECKING:
