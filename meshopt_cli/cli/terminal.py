@@ -100,13 +100,15 @@ def progress(quiet: bool) -> Iterator[Observer]:
 
 def compile_kernels(quiet: bool, groups: Iterable[str] = ("basic",)) -> None:
     """Compile what is missing of some groups of kernels, and say so, for it takes a while."""
+    from ..compiled.cache import is_lasting
     from ..compiled.ways import Way, missing, way
 
     if not missing(groups):
         return
     if not quiet:
         time = "under a minute" if way() is Way.NATIVE else "a few minutes"
-        click.echo(f"meshopt: compiling kernels, once on this machine ({time})", err=True)
+        often = "once on this machine" if is_lasting() else "for this run alone"
+        click.echo(f"meshopt: compiling kernels, {often} ({time})", err=True)
     from ..warmup import compile_groups
 
     compile_groups(groups)

@@ -20,7 +20,7 @@ import time
 from importlib.util import find_spec
 from pathlib import Path
 
-from ..files import ending
+from ..files import ending, sweep
 from . import trust
 from .marks import Code
 from .once import once
@@ -28,6 +28,7 @@ from .once import once
 log = logging.getLogger("meshopt")
 
 VARIABLE = "MESHOPT_CACHE_DIR"
+PREFIX = "meshopt-kernels-"  # of folders that go with the process
 PACKAGE = Path(__file__).parent.parent
 # What is compiled, and what compiles it, below the package.
 PATTERNS = ("cells.py", "handles.py", "compiled/**/*.py", "kernels/**/*.py")
@@ -35,6 +36,8 @@ PATTERNS = ("cells.py", "handles.py", "compiled/**/*.py", "kernels/**/*.py")
 _DAY, _MONTH = 86_400.0, 30 * 86_400.0  # seconds
 _FOLDER = re.compile(r"[0-9a-f]{16}")
 _TEMPORARY = re.compile(r"\.[0-9a-f]{16}$")
+# Names in a folder for machine code: of objects and marks, finished or not, and of numba's folders.
+_STORED = re.compile(r".+\.(o|native|numba|not)(\.[0-9a-f]{16})?|.+-[0-9a-f]{16}")
 _incomplete: set[Path] = set()  # folders in which something could not be stored
 
 
@@ -70,10 +73,13 @@ def _roots() -> list[Path]:
     """Where folders for machine code may lie, the first choice first."""
     roots = []
     if own := os.environ.get(VARIABLE):
-        roots.append(Path(own))
-    if xdg := os.environ.get("XDG_CACHE_HOME"):
+        with contextlib.suppress(OSError):  # the working folder is gone
+            roots.append(Path(own).absolute())
+    xdg = os.environ.get("XDG_CACHE_HOME", "")
+    home = os.environ.get("HOME") or os.environ.get("USERPROFILE") or ""
+    if os.path.isabs(xdg):  # what is not is to be ignored, says its specification
         roots.append(Path(xdg) / "meshopt")
-    elif home := os.environ.get("HOME") or os.environ.get("USERPROFILE"):
+    elif os.path.isabs(home):
         roots.append(Path(home) / ".cache" / "meshopt")
     return roots
 
@@ -89,20 +95,39 @@ def folders() -> tuple[Path, list[Path]]:
     readable: list[Path] = []
     for root in _roots():
         place = root / digest
-        with contextlib.suppress(OSError):
-            _make(place)
-        if not place.is_dir():
-            continue
+        # Nothing is made in the home of a user for whom root runs this, nor in a folder for all.
         if not trust.is_safe(place):
             _warn_of(root)
+            continue
+        with contextlib.suppress(OSError):
+            make(place)
+        # Looked at again: others may have been quicker.
+        if not os.path.isdir(place) or not trust.is_safe(place):
             continue
         readable.append(place)
         if _is_writable(place):
             return place, readable
-    private = Path(tempfile.mkdtemp(prefix="meshopt-kernels-"))
+    private = _private()
+    return private / digest, [*readable, private / digest]
+
+
+def _private() -> Path:
+    """A folder that goes with the process, and is told from those of runs that were killed."""
+    try:
+        sweep.sweep(Path(tempfile.gettempdir()), PREFIX)
+        private = Path(tempfile.mkdtemp(prefix=PREFIX))
+    except OSError:
+        return Path(os.devnull)  # there is no folder for temporary files: nothing is kept
     atexit.register(shutil.rmtree, private, ignore_errors=True)
     ending.note_temporary(private)
-    return private / digest, [*readable, private / digest]
+    if os.name == "posix":
+        sweep.hold(os.open(private, os.O_RDONLY))
+    return private
+
+
+def is_lasting() -> bool:
+    """Whether later runs find what is written."""
+    return folder().parent in _roots() and folder() not in _incomplete
 
 
 def folder() -> Path:
@@ -110,7 +135,7 @@ def folder() -> Path:
     return folders()[0]
 
 
-def _make(place: Path) -> None:
+def make(place: Path) -> None:
     """Make a folder that nobody else can write, and those above it that are missing."""
     missing = [place, *place.parents]
     for path in reversed([path for path in missing if not path.exists()]):
@@ -160,29 +185,43 @@ def read(name: str) -> Code | None:
         if stored is None:
             continue
         checked, _, checksum = stored.rpartition(b"\n")
-        if hashlib.sha256(checked).hexdigest().encode() == checksum:
+        if _checksum(place / name, checked) == checksum:
             image, _, results = checked.rpartition(b"\n")
-            return Code(image, results.decode())
+            return Code(image, results.decode(errors="replace"))
     return None
+
+
+def _checksum(place: Path, checked: bytes) -> bytes:
+    """Of code in its place: that of another kernel, or of other sources, is damage too."""
+    where = f"{place.parent.name}/{place.name}\n".encode()
+    return hashlib.sha256(where + checked).hexdigest().encode()
 
 
 def write(name: str, code: Code) -> None:
     """Store code, all of it or none; where nothing can be written, it is compiled each time."""
     # Object files end where their tables say: tools that read them pass over the last two lines.
     checked = code.image + b"\n" + code.results.encode()
+    place = folder() / name
     try:
-        _put(folder() / name, checked + b"\n" + hashlib.sha256(checked).hexdigest().encode())
+        _put(place, checked + b"\n" + _checksum(place, checked))
     except OSError:
-        _incomplete.add(folder())
+        note_incomplete()
+
+
+def note_incomplete() -> None:
+    """Note that something could not be stored: there will be no marks."""
+    _incomplete.add(folder())
 
 
 def _put(place: Path, data: bytes) -> None:
     temporary = place.with_name(f"{place.name}.{os.urandom(8).hex()}")
-    _make(place.parent)
+    make(place.parent)
     with ending.temporary(temporary):
         # Whatever the umask is: what others can write is not read.
         with open(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644), "wb") as stream:
             stream.write(data)
+        if place.is_dir() and not place.is_symlink():
+            shutil.rmtree(place)
         temporary.replace(place)
 
 
@@ -192,9 +231,14 @@ def _sweep(used: Path) -> None:
     for place in used.parent.iterdir():
         with contextlib.suppress(OSError):
             is_old = place.stat().st_mtime < old and trust.is_ours(place.lstat())
-            if _FOLDER.fullmatch(place.name) and place != used and is_old and place.is_dir():
+            if _FOLDER.fullmatch(place.name) and place != used and is_old and _is_code(place):
                 shutil.rmtree(place, ignore_errors=True)
     for place in used.iterdir():
         with contextlib.suppress(OSError):
             if _TEMPORARY.search(place.name) and place.stat().st_mtime < time.time() - _DAY:
                 place.unlink()
+
+
+def _is_code(folder: Path) -> bool:
+    """Whether a folder holds machine code and nothing else: the name alone might be another's."""
+    return folder.is_dir() and all(_STORED.fullmatch(path.name) for path in folder.iterdir())

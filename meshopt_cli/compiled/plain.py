@@ -7,6 +7,7 @@ any numba, and wherever numba does.
 from __future__ import annotations
 
 import functools
+import os
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -15,6 +16,7 @@ from typing import Any
 import numba
 from numba import config
 
+from . import cache, trust
 from .marks import Kernel
 from .semantics import OPTIONS, compiling, results_of
 from .words import Words
@@ -66,19 +68,46 @@ class Plain:
     ) -> None:
         signature = tuple(numba.typeof(argument) for argument in arguments)
         with compiling(dispatcher_of):
-            self._call = _kept(function, folder)
-            try:
-                self._call.compile(signature)
-            except Exception:
-                # What is stored may be damaged. Where it is the function, this ends the same way.
-                shutil.rmtree(folder, ignore_errors=True)
-                self._call = _kept(function, folder)
-                self._call.compile(signature)
+            self._call = _compiled(function, signature, folder)
         results_of(self._call.nopython_signatures[0].return_type)
 
     def __call__(self, _words: Words, arguments: tuple[Any, ...]) -> Any:
         """Run it with arguments of those types."""
         return self._call(*arguments)
+
+
+def _compiled(function: Callable[..., Any], signature: tuple[Any, ...], folder: Path) -> Any:
+    """A function compiled by numba, and kept where it can be."""
+    for _ in range(2):
+        if not _is_ready(folder):
+            break
+        kept = _kept(function, folder)
+        try:
+            kept.compile(signature)
+            return kept
+        except MemoryError:
+            raise
+        except Exception:
+            # What is stored may be damaged, or the disk full. Where it is the function, the last
+            # attempt ends the same way.
+            shutil.rmtree(folder, ignore_errors=True)
+    cache.note_incomplete()
+    call = numba.njit(**OPTIONS)(function)
+    call.compile(signature)
+    return call
+
+
+def _is_ready(folder: Path) -> bool:
+    """Make a folder for numba, which sees to nothing itself; whether it is there."""
+    try:
+        if os.path.lexists(folder) and not trust.is_closed(folder):
+            shutil.rmtree(
+                folder
+            ) if folder.is_dir() and not folder.is_symlink() else folder.unlink()
+        cache.make(folder)
+    except OSError:
+        return False
+    return trust.is_closed(folder)
 
 
 def _kept(function: Callable[..., Any], folder: Path) -> Any:

@@ -20,13 +20,17 @@ def is_ours(found: os.stat_result) -> bool:
 
 
 def is_safe(folder: Path) -> bool:
-    """Whether nobody else can put anything into a folder, or another one in its place."""
+    """Whether nobody else can put anything into a folder, or another one in its place.
+
+    Of one that is not there yet, it is those above it that count.
+    """
     try:
-        real = folder.resolve(strict=True)
-        if not is_ours(real.stat()):
+        real = Path(os.path.realpath(folder))
+        there = [path for path in (real, *real.parents) if os.path.isdir(path)]
+        if there[0] == real and not is_ours(real.stat()):
             return False
-        return all(_keeps(parent.stat()) for parent in real.parents)
-    except OSError:
+        return all(_keeps(path.stat()) for path in there if path != real)
+    except (OSError, IndexError):
         return False
 
 
@@ -47,6 +51,26 @@ def _is_private(group: int) -> bool:
     except KeyError:
         return False
     return found.gr_name == user.pw_name and set(found.gr_mem) <= {user.pw_name}
+
+
+def is_closed(folder: Path) -> bool:
+    """Whether a folder is this user's, others may not enter it, and it has no links, pipes, ...
+
+    What they could write in it otherwise is safe from them, and opening it waits for nothing.
+    """
+    try:
+        found = os.lstat(folder)
+        mine = not hasattr(os, "geteuid") or (
+            found.st_uid == os.geteuid() and not found.st_mode & (stat.S_IRWXG | stat.S_IRWXO)
+        )
+        return stat.S_ISDIR(found.st_mode) and mine and all(map(_is_plain, folder.rglob("*")))
+    except OSError:
+        return False
+
+
+def _is_plain(path: Path) -> bool:
+    mode = os.lstat(path).st_mode
+    return stat.S_ISREG(mode) or stat.S_ISDIR(mode)
 
 
 def read(path: Path) -> bytes | None:

@@ -103,9 +103,8 @@ def test_what_is_no_file_is_passed_over(root, tmp_path, kind):
         place.symlink_to(cache.folder() / "b.o" if kind == "link" else "/dev/zero")
     assert cache.read("a.o") is None
     assert not cache.has("a.o")
-    if kind != "folder":
-        cache.write("a.o", CODE)
-        assert cache.read("a.o") == CODE
+    cache.write("a.o", CODE)
+    assert cache.read("a.o") == CODE
 
 
 @pytest.mark.skipif(ways.INTERPRETED, reason="nothing is compiled")
@@ -161,19 +160,25 @@ def test_what_is_old_goes(root, tmp_path):
     elsewhere = tmp_path / "elsewhere"
     for path in (old, recent, other, elsewhere):
         path.mkdir()
-        (path / "file").touch()
+        (path / "basic.native").touch()
+    (old / f"swap.sweep_swap-{'d' * 16}.o").touch()
+    other_use = root / ("e" * 16)
+    other_use.mkdir()
+    (other_use / "thesis.tex").touch()
     link = root / ("c" * 16)
     link.symlink_to(elsewhere)
     left, kept = used / f"a.o.{'d' * 16}", used / "a.o"
-    for path, when in ((old, month), (recent, day), (other, month), (elsewhere, month)):
+    for path, when in (
+        (old, month), (recent, day), (other, month), (elsewhere, month), (other_use, month),
+    ):  # fmt: skip
         os.utime(path, (when, when))
     for path in (left, kept):
         path.touch()
         os.utime(path, (month, month))
     cache.mark("group.native")
-    there = {path for path in (old, recent, other, left, kept) if path.exists()}
-    assert there == {recent, other, kept}
-    assert (elsewhere / "file").exists()
+    there = {path for path in (old, recent, other, other_use, left, kept) if path.exists()}
+    assert there == {recent, other, other_use, kept}
+    assert (elsewhere / "basic.native").exists()
 
 
 @pytest.mark.skipif(not ROOT, reason="only root can be somebody else")
@@ -189,3 +194,136 @@ def test_a_run_takes_no_code_that_another_user_put_into_a_folder_for_all(tmp_pat
         [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
     )
     assert place not in Path(ran.stdout.strip()).parents
+
+
+def folder_in(**environment):
+    """What a fresh Python says of the folder for machine code."""
+    code = "from meshopt_cli.compiled import cache; print(cache.folder(), cache.is_lasting())"
+    usual = {k: v for k, v in os.environ.items() if k not in ("HOME", "XDG_CACHE_HOME")}
+    ran = subprocess.run(
+        [sys.executable, "-c", code], env={**usual, cache.VARIABLE: "", **environment},
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    place, lasting = ran.stdout.rsplit(maxsplit=1)
+    return Path(place), lasting == "True"
+
+
+@pytest.mark.skipif(not ROOT, reason="only root gives files away")
+def test_root_makes_nothing_in_the_home_of_a_user(tmp_path):
+    """As with sudo: the user could neither write nor read there any more."""
+    home = tmp_path / "home"
+    home.mkdir()
+    os.chown(home, OTHER, OTHER)
+    place, lasting = folder_in(HOME=str(home))
+    assert not list(home.iterdir())
+    assert not place.is_relative_to(home)
+    assert not lasting
+
+
+@pytest.mark.parametrize("mode", [0o777, 0o1777])
+def test_nothing_is_made_where_it_could_be_replaced(tmp_path, mode):
+    shared = tmp_path / "shared"
+    shared.mkdir()
+    shared.chmod(mode)
+    place, lasting = folder_in(**{cache.VARIABLE: str(shared / "mine")})
+    assert lasting == place.is_relative_to(shared) == bool(mode & 0o1000)
+    assert bool(list(shared.iterdir())) == lasting
+
+
+@pytest.mark.parametrize("value", ["/dev/null", "/dev/null/below", "/" + "x" * 5000])
+def test_what_can_be_no_folder_is_passed_over(tmp_path, value):
+    place, lasting = folder_in(**{cache.VARIABLE: value, "HOME": str(tmp_path)})
+    assert lasting
+    assert place.parent == tmp_path / ".cache" / "meshopt"
+
+
+def test_a_relative_folder_of_all_caches_is_ignored(tmp_path):
+    """As its specification has it."""
+    place, _ = folder_in(XDG_CACHE_HOME="relative", HOME=str(tmp_path))
+    assert place.parent == tmp_path / ".cache" / "meshopt"
+
+
+def test_without_a_folder_for_temporary_files_nothing_is_kept(root, monkeypatch):
+    monkeypatch.delenv(cache.VARIABLE)
+    monkeypatch.setattr(cache.tempfile, "tempdir", str(root / "missing"))
+    cache.write("a.o", CODE)
+    cache.mark("group.native")
+    assert cache.read("a.o") is None
+    assert not cache.has("group.native")
+
+
+def test_code_has_its_place(root):
+    cache.write("a.o", CODE)
+    (cache.folder() / "a.o").rename(cache.folder() / "b.o")
+    assert cache.read("b.o") is None
+
+
+def test_results_that_are_no_text_are_damage_as_any_other(root):
+    place = cache.folder() / "a.o"
+    checked = b"image\n\xff"
+    cache._put(place, checked + b"\n" + cache._checksum(place, checked))
+    code = cache.read("a.o")
+    assert code is None or "\ufffd" in code.results
+
+
+@pytest.fixture
+def by_numba(tmp_path, monkeypatch):
+    """A folder for what numba compiles by its own means."""
+    monkeypatch.setenv(ways.VARIABLE, ways.Way.NUMBA)
+    monkeypatch.setattr(cache, "folders", at(tmp_path))
+    monkeypatch.setattr(cache, "_incomplete", set())
+    return tmp_path
+
+
+def doubled():
+    values = np.ones(2)
+    decorators.Entry(twice)(values)
+    return values.tolist() == [2.0, 2.0]
+
+
+@pytest.mark.skipif(ways.INTERPRETED, reason="nothing is compiled")
+def test_what_numba_keeps_is_closed_to_others_and_loaded_again(by_numba):
+    old = os.umask(0)
+    try:
+        assert doubled()
+    finally:
+        os.umask(old)
+    (folder,) = by_numba.iterdir()
+    assert folder.stat().st_mode & 0o077 == 0
+    times = {path: path.stat().st_mtime_ns for path in folder.rglob("*.nb?")}
+    assert times
+    assert doubled()
+    assert {path: path.stat().st_mtime_ns for path in folder.rglob("*.nb?")} == times
+
+
+@pytest.mark.skipif(ways.INTERPRETED, reason="nothing is compiled")
+@pytest.mark.parametrize("harm", ["pipes", "open to all", "a link"])
+def test_what_numba_is_not_to_open_is_made_anew(by_numba, tmp_path_factory, harm):
+    assert doubled()
+    (folder,) = by_numba.iterdir()
+    if harm == "pipes":
+        for path in folder.rglob("*.nb?"):
+            path.unlink()
+            os.mkfifo(path)
+    elif harm == "open to all":
+        folder.chmod(0o777)
+    else:
+        folder.rename(tmp_path_factory.mktemp("other") / "folder")
+        folder.symlink_to(tmp_path_factory.getbasetemp())
+    assert doubled()
+    assert trust.is_closed(folder)
+    assert all(path.is_file() for path in folder.rglob("*.nb?"))
+
+
+@pytest.mark.skipif(ways.INTERPRETED, reason="nothing is compiled")
+def test_a_full_disk_is_no_harm_by_numba(by_numba):
+    """And what it does not hold is not noted as compiled."""
+    resource = pytest.importorskip("resource")
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, limits[1]))
+    try:
+        assert doubled()
+        ways.note("basic")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert ways.missing(["basic"]) == ["basic"]
