@@ -101,9 +101,8 @@ def _is_ready(folder: Path) -> bool:
     """Make a folder for numba, which sees to nothing itself; whether it is there."""
     try:
         if os.path.lexists(folder) and not trust.is_closed(folder):
-            shutil.rmtree(
-                folder
-            ) if folder.is_dir() and not folder.is_symlink() else folder.unlink()
+            is_folder = folder.is_dir() and not folder.is_symlink()
+            (shutil.rmtree if is_folder else os.unlink)(folder)
         cache.make(folder)
     except OSError:
         return False
