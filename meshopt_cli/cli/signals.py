@@ -6,10 +6,15 @@ module is imported, or be taken for an error of what it comes through.
 
 from __future__ import annotations
 
+import contextlib
+import os
 import signal
+import sys
 from typing import TYPE_CHECKING
 
+# All that is needed when a signal comes: it may come while another module is half imported.
 from ..errors import EXIT_HUNG_UP, EXIT_INTERRUPTED, EXIT_TERMINATED
+from ..files.ending import between_steps, clean_up, what_is_written
 
 if TYPE_CHECKING:
     from types import FrameType
@@ -41,17 +46,10 @@ def ignore() -> None:
 
 
 def _end(number: int, _: FrameType | None) -> None:
-    from ..files.ending import between_steps
-
     between_steps(lambda: _leave(number))
 
 
 def _leave(number: int) -> None:
-    import contextlib
-    import os
-
-    from ..files.ending import clean_up, what_is_written
-
     ignore()
     status, what = ENDING[signal.Signals(number).name]
     _end_children()
@@ -64,8 +62,6 @@ def _leave(number: int) -> None:
 
 
 def _end_children() -> None:
-    import sys
-
     if (processes := sys.modules.get("multiprocessing")) is not None:
         for child in processes.active_children():
             child.kill()
