@@ -116,8 +116,8 @@ def read(
         data, digest = contents.whole()
     row = FORMATS[encoding.format]
     try:
-        # numpy stops where a NaN stands for an integer
-        with np.errstate(invalid="raise"), as_file(path, data) as plain:
+        # numpy stops where a NaN stands for an integer; a number too large for its type is infinite
+        with np.errstate(invalid="raise", over="ignore"), as_file(path, data) as plain:
             mesh, dropped = row.read(plain, data, encoding)
             mesh = _owned(mesh)
     except MeshoptError:

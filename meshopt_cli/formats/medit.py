@@ -191,16 +191,20 @@ def _plain_binary(
             rows = table(_CELLS[kind][0], "i", _CELLS[kind][2] + 1, start, after)
             curved.append((kind, rows))
         elif code in (_DIMENSION, _VERTICES, *CODES.values()):
-            plain.append(data[at:after])
             if code == _DIMENSION:
                 (dimension,) = struct.unpack_from(order + "i", data, start)
                 if dimension not in (2, 3):
                     raise UnreadableError(f"Dimension {dimension} is not supported")
-            elif code == _VERTICES:
-                count_of("Vertices", start, after, dimension * int(kinds["f"][-1]) + size)
+                end = start + 4
             else:
-                name, _, n_nodes = next(row for row in _CELLS.values() if row[1] == code)
-                count_of(name, start, after, (n_nodes + 1) * size)
+                row = dimension * int(kinds["f"][-1]) + size
+                title = "Vertices"
+                if code != _VERTICES:
+                    title, _, n_nodes = next(row for row in _CELLS.values() if row[1] == code)
+                    row = (n_nodes + 1) * size
+                end = start + size + row * count_of(title, start, after, row)
+            # Without what may lie between its rows and the next section: meshio goes on there.
+            plain.append(data[at:end])
         elif name:
             width = medit_lists.width_of(name, dimension)
             rows = table(name, medit_lists.kind_of(name), width, start, after)

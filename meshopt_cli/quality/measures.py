@@ -216,5 +216,6 @@ def cell_quality(points: Array, cells: Array, measure: Measure) -> Array:
 def as_degradation(q: Array) -> Array:
     """Q = 1/q, infinite for flat and inverted cells (Remark 18.3)."""
     result = np.full(len(q), math.inf)
-    np.divide(1.0, q, out=result, where=q > 0.0)
+    with np.errstate(over="ignore"):
+        np.divide(1.0, q, out=result, where=q > 0.0)
     return result

@@ -44,4 +44,5 @@ def standing_of(q: Array) -> Standing:
         return Standing(worst, math.inf, math.inf)
     n_tail = max(len(q) // 100, min(len(q), 10))
     tail = np.partition(q, n_tail - 1)[:n_tail]
-    return Standing(worst, float(np.mean(1.0 / q)), float(np.mean(1.0 / tail)))
+    with np.errstate(over="ignore"):
+        return Standing(worst, float(np.mean(1.0 / q)), float(np.mean(1.0 / tail)))

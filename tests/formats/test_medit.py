@@ -85,6 +85,31 @@ def test_medit_binary_sections_are_skipped_by_their_length(tmp_path, caplog):
     assert "dropped on reading" in warnings_of(caplog)[0]
 
 
+def test_medit_binary_rows_end_before_the_next_section(tmp_path):
+    """A section may be longer than its rows: what is left of it is no part of the next."""
+    path = tmp_path / "mesh.meshb"
+    mesh = tagged(tets(), FORMATS["meditb"].default)
+    write(path, mesh, FORMATS["meditb"].default)
+    data = path.read_bytes()
+    at, padded = 8, data[:8]
+    while at + 8 < len(data):
+        code, after = np.frombuffer(data, "<i4", 2, at)
+        body = data[at + 8 : after] + bytes([255]) * 12
+        padded += np.array([code, len(padded) + 8 + len(body)], "<i4").tobytes() + body
+        at = after
+    path.write_bytes(padded + data[at:])
+    assert_same(read(path)[0], mesh)
+
+
+def test_numbers_too_large_for_single_precision_are_infinite(tmp_path):
+    """As they are to who reads them as such: check names the point."""
+    text = MEDIT.replace("Formatted\n3", "Formatted 1").replace("\n4\n0 0", "\n4\n1e99 0")
+    mesh, _ = read(text_mesh(tmp_path, text, "mesh.mesh"))
+    assert mesh.points.dtype == np.float32
+    assert np.isinf(mesh.points[0, 0])
+    assert np.isfinite(mesh.points[1:]).all()
+
+
 def with_lists(mesh):
     """A mesh of tets with everything that Medit says of vertices and cells."""
     n = len(mesh.points)

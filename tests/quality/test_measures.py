@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from itertools import combinations, permutations
 
 import numpy as np
@@ -15,6 +16,7 @@ from meshopt_cli.kernels.shape.angles import ANGLE_Q, angle_range, angle_sums
 from meshopt_cli.kernels.shape.simplex import ASPECT_RATIO, measure_cells
 from meshopt_cli.kernels.types import Judge
 from meshopt_cli.quality.measures import QUALITIES, as_degradation, cell_quality, measure_named
+from meshopt_cli.work.standing import standing_of
 from support.invariants import volumes, workspace
 from support.meshes import fan, icosahedron
 from support.processes import run_python
@@ -117,6 +119,15 @@ def test_inverted(measure, dimension, data):
     assert 0 < q <= 1 + 1e-12
     assert inverted == pytest.approx(-q, rel=1e-8)
     assert as_degradation(np.array([inverted])) == math.inf
+
+
+@pytest.mark.parametrize("q", [0.0, 5e-324, -1.0])
+def test_cells_that_are_all_but_flat_are_infinitely_bad(q):
+    """Numbers whose reciprocal is too large are no reason for a warning."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert as_degradation(np.array([q, 0.5])).tolist() == [math.inf, 2.0]
+        assert standing_of(np.array([q, 0.5])).mean == math.inf
 
 
 @measured
