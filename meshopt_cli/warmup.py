@@ -39,6 +39,7 @@ GROUPS: dict[str, float] = {
     "collapse": 2.5,
     "swap": 2.5,
     "relocation": 2,
+    "odt": 2,
     "check": 1,
 }
 

@@ -6,6 +6,7 @@ from .base import Operator, Pass
 from .check import Check
 from .collapse import Collapse
 from .mend import Mend
+from .odt import Odt
 from .relax import Relax
 from .repair import Repair
 from .run import SILENT, UNLIMITED, Budget, Observer, OutOfTimeError, Silent, Tally
@@ -15,7 +16,7 @@ from .swap import Swap
 from .untangle import Untangle
 
 PASSES: dict[str, type[Pass]] = {
-    p.name: p for p in (Check, Repair, Untangle, Smooth, Swap, Collapse, Relax, Split, Mend)
+    p.name: p for p in (Check, Repair, Untangle, Smooth, Swap, Collapse, Relax, Odt, Split, Mend)
 }
 
 __all__ = [

@@ -123,7 +123,12 @@ class Workspace:
 
     def degrees(self) -> Array:
         """Number of edges at each vertex, (np,) int64."""
-        return adjacency.degrees(self.corners(self.living()), len(self.mesh.points))
+        cells = self.corners(self.living())
+        if self.dimension == 3:
+            return adjacency.degrees(cells, len(self.mesh.points))
+        # Each triangle has two edges there, which it shares but where the mesh ends.
+        n_cells = np.bincount(cells.ravel(), minlength=len(self.mesh.points))
+        return n_cells + self.facets_at(outer=True) // 2
 
     def facets_at(self, outer: bool = False) -> Array:
         """Number of facets without a neighbour at each vertex, (np,) int64.

@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from meshopt_cli.compiled.decorators import entry
 from meshopt_cli.kernels.gather import ball, star
-from meshopt_cli.kernels.operators import collapse, face_removal, flip, insert, relocate, ring, swap
+from meshopt_cli.kernels.operators import (
+    collapse,
+    face_removal,
+    flip,
+    insert,
+    odt,
+    relocate,
+    ring,
+    swap,
+)
 from meshopt_cli.kernels.shape import classify
 
 
@@ -18,6 +27,18 @@ def plan_relocation(mesh, vertex, how, scratch):
 def do_relocation(mesh, vertex, plan, scratch):
     """`apply_relocation` for Python."""
     relocate.apply_relocation(mesh, vertex, plan, scratch)
+
+
+@entry
+def plan_pull(mesh, vertex, how, density, scratch):
+    """`simulate_pull` for Python."""
+    return odt.simulate_pull(mesh, vertex, how, density, scratch)
+
+
+@entry
+def centre_of(mesh, cell):
+    """`circumcentre` for Python."""
+    return odt.circumcentre(mesh, cell)
 
 
 @entry

@@ -6,7 +6,7 @@ import itertools
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,11 +14,13 @@ import pytest
 
 from meshopt_cli.kernels import accept
 from meshopt_cli.kernels.operators.collapse import Collapsing
+from meshopt_cli.kernels.operators.odt import Pull
 from meshopt_cli.kernels.operators.relocate import Relocation
 from meshopt_cli.kernels.operators.swap import Swapping
 from meshopt_cli.kernels.shape import simplex
 from meshopt_cli.kernels.types import APPLIED, CLOCK
 from meshopt_cli.mesh import adjacency
+from meshopt_cli.passes.odt import densities
 from meshopt_cli.passes.smooth import METHODS, WEIGHTS
 from meshopt_cli.work.session import Workspace
 from support import drivers
@@ -72,6 +74,14 @@ def relocation(method, weight="quality", relaxation=0.8):
         simulate,
         lambda work, v, plan: drivers.do_relocation(work.mesh, v, plan, work.scratch),
     )
+
+
+def pull(relaxation=1.9):
+    def simulate(work, vertex, rule, floor):
+        how = Pull(relaxation, rule, floor)
+        return drivers.plan_pull(work.mesh, vertex, how, densities(work), work.scratch)
+
+    return replace(relocation("laplace"), simulate=simulate)
 
 
 def collapse(midpoint, max_growth=1.5):
@@ -128,6 +138,7 @@ INSERTION = Operator(
 RELOCATIONS = {
     **{method: relocation(method) for method in METHODS if method != "quality"},
     **{f"quality-{weight}": relocation("quality", weight) for weight in WEIGHTS},
+    "odt": pull(),
 }
 ENDS, MIDPOINT = collapse(False), collapse(True)
 

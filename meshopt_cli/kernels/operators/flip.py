@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...cells import TRI_FACETS
-from ...compiled.decorators import entry, kernel
+from ...compiled.decorators import entry, inlined, kernel
 from ..accept import MEAN, is_accepted, mean_falls
 from ..cavity import link
 from ..gather.ball import touch
@@ -16,6 +16,7 @@ from ..gather.shell import is_required
 from ..journal import keep
 from ..judge import q_of_triangle
 from ..types import APPLIED, FIXED, INVALID, NOT_BETTER, Scratch, SimplexMesh
+from ..vectors import Vec, at, cross, dot, minus
 from .swap import Swapping
 
 
@@ -140,4 +141,55 @@ def sweep_flip(
             plan = simulate_flip(mesh, 4 * cell + best, how.rule, how.floor)
             apply_flip(mesh, plan, scratch)
             counts[APPLIED] += 1
+    return order.shape[0]
+
+
+# Two edges are as good as each other where the cotangents of the angles opposite one of them add up
+# to 0 but for this.
+COCIRCULAR = 1e-9
+
+
+@inlined
+def is_delaunay(a: Vec, b: Vec, c: Vec, d: Vec) -> bool:
+    """Whether d is outside the circumcircle of (a, b, c), or on it, beyond the edge a b.
+
+    That is where the angles at c and d add up to pi at most.
+    """
+    cot_c = dot(minus(a, c), minus(b, c)) / cross(minus(a, c), minus(b, c)).z
+    cot_d = dot(minus(b, d), minus(a, d)) / cross(minus(b, d), minus(a, d)).z
+    return cot_c + cot_d >= -COCIRCULAR * (1.0 + abs(cot_c))
+
+
+@entry(
+    group="odt",
+    example=lambda work: (
+        work.mesh, work.order, Swapping(0, 0.0, False, 0), work.scratch, work.counts,
+    ),
+)  # fmt: skip
+def sweep_delaunay(
+    mesh: SimplexMesh, order: np.ndarray, how: Swapping, scratch: Scratch, counts: np.ndarray
+) -> int:
+    """Flip the edges of each triangle that are not Delaunay; see `swap.sweep_swap`.
+
+    Only what is flipped, or refused, counts as an attempt.
+    """
+    p = mesh.points
+    for i in range(order.shape[0]):
+        cell = order[i]
+        if not mesh.alive[cell]:
+            continue
+        for local in range(3):
+            beyond = mesh.neighbours[cell, local]
+            if beyond < 0:
+                continue
+            a = at(p, mesh.cells[cell, (local + 1) % 3])
+            b = at(p, mesh.cells[cell, (local + 2) % 3])
+            c = at(p, mesh.cells[cell, local])
+            if is_delaunay(a, b, c, at(p, mesh.cells[beyond >> 2, beyond & 3])):
+                continue
+            plan = simulate_flip(mesh, 4 * cell + local, how.rule, how.floor)
+            counts[plan.verdict] += 1
+            if plan.verdict == APPLIED:
+                apply_flip(mesh, plan, scratch)
+                break
     return order.shape[0]

@@ -96,6 +96,41 @@ def ideal_mean(mesh: SimplexMesh, ball: np.ndarray, n: int, weight: int, scratch
 
 
 @kernel
+def go_toward(
+    mesh: SimplexMesh,
+    n: int,
+    p: Vec,
+    goal: Vec,
+    relaxation: float,
+    rule: int,
+    floor: float,
+    before: float,
+    scratch: Scratch,
+) -> RelocationPlan:
+    """Go from p part of the way to a goal, and half of that while it is refused.
+
+    Parameters
+    ----------
+    n : int
+        Cells of the ball in `scratch.ball`, whose star is loaded.
+    before : float
+        Worst q of the ball.
+    """
+    sum_before = sum_of(mesh, scratch.ball, n) if rule == MEAN else 0.0
+    t = relaxation
+    worst = before
+    for _ in range(N_HALVINGS):
+        q = rounded(mesh, toward(p, goal, t))
+        worst = measure_star(mesh, n, q, scratch)
+        if is_accepted(rule, floor, before, worst) and (
+            rule != MEAN or mean_falls(sum_before, sum_of_star(n, scratch))
+        ):
+            return RelocationPlan(APPLIED, n, q, worst)
+        t *= 0.5
+    return RelocationPlan(NOT_BETTER if worst > 0.0 else INVALID, n, p, worst)
+
+
+@kernel
 def simulate_relocation(
     mesh: SimplexMesh, vertex: int, how: Relocation, scratch: Scratch
 ) -> RelocationPlan:
@@ -122,18 +157,7 @@ def simulate_relocation(
     neighbour = mesh.cells[ball[0] >> 2, 0 if ball[0] & 3 else 1]
     if square_distance(p, goal) <= STILL * square_distance(p, at(mesh.points, neighbour)):
         return RelocationPlan(NOT_BETTER, n, p, before)
-    sum_before = sum_of(mesh, ball, n) if how.rule == MEAN else 0.0
-    t = how.relaxation
-    worst = before
-    for _ in range(N_HALVINGS):
-        q = rounded(mesh, toward(p, goal, t))
-        worst = measure_star(mesh, n, q, scratch)
-        if is_accepted(how.rule, how.floor, before, worst) and (
-            how.rule != MEAN or mean_falls(sum_before, sum_of_star(n, scratch))
-        ):
-            return RelocationPlan(APPLIED, n, q, worst)
-        t *= 0.5
-    return RelocationPlan(NOT_BETTER if worst > 0.0 else INVALID, n, p, worst)
+    return go_toward(mesh, n, p, goal, how.relaxation, how.rule, how.floor, before, scratch)
 
 
 @entry(
