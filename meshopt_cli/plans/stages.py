@@ -1,7 +1,7 @@
 """Parts of a pipeline: passes in order, stages in order, and rounds.
 
 `Sequence` runs passes one after the other, `Chain` stages; `Repeat` runs a stage in rounds and
-ends on the best mesh it saw.
+mostly ends on the best mesh it saw.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Protocol
 from ..passes import SILENT, UNLIMITED, Budget, Observer, Pass, Tally
 from ..work.session import Workspace
 from ..work.standing import Standing
-from .guard import Guard
+from .guard import Guard, Trust
 from .stop import DONE, ROUNDS_DONE, Stop
 
 
@@ -89,11 +89,36 @@ class Chain:
 
 
 @dataclass(frozen=True)
+class UpTo:
+    """A stage for meshes of so many cells at most: larger ones go without."""
+
+    most_cells: int
+    body: Stage
+
+    def passes(self) -> Iterator[Pass]:
+        yield from self.body.passes()
+
+    def mapped(self, change: Change) -> UpTo:
+        return replace(self, body=self.body.mapped(change))
+
+    def run(self, outcome: Outcome, round: int = 0) -> None:
+        if outcome.work.n_cells <= self.most_cells:
+            self.body.run(outcome, round)
+
+
+@dataclass(frozen=True)
 class Repeat:
-    """A stage in rounds, until a criterion is met; it ends on the best mesh it saw."""
+    """A stage in rounds, until a criterion is met.
+
+    Attributes
+    ----------
+    guarded : bool
+        Whether it ends on the best mesh it saw, rather than on the last.
+    """
 
     body: Stage
     stop: Stop
+    guarded: bool = True
 
     def passes(self) -> Iterator[Pass]:
         yield from self.body.passes()
@@ -102,7 +127,7 @@ class Repeat:
         return replace(self, body=self.body.mapped(change))
 
     def run(self, outcome: Outcome, round: int = 0) -> None:
-        guard = Guard(outcome.work)
+        guard = (Guard if self.guarded else Trust)(outcome.work)
         outcome.stopped = self.stop.at_first(guard.best)
         after = guard.best
         try:

@@ -94,9 +94,21 @@ def test_only_a_measure_that_drives_can_steer(name):
         assert name in refused(measure=name)
 
 
-def test_stop_criteria_reach_the_rounds():
-    plan = plan_for(Request(rounds=7, target_quality=2.5, time_limit=9.0))
-    stops = [s.stop for s in plan.pipeline.stages if isinstance(s, Repeat)]
+def stops_of(stage):
+    """The criteria of all rounds in a stage."""
+    if isinstance(stage, Repeat):
+        yield stage.stop
+    inner = getattr(stage, "stages", None) or [s for s in [getattr(stage, "body", None)] if s]
+    for one in inner:
+        yield from stops_of(one)
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_stop_criteria_reach_the_rounds(preset, dimension):
+    request = Request(preset=preset, rounds=7, target_quality=2.5, time_limit=9.0)
+    plan = plan_for(request, dimension)
+    stops = list(stops_of(plan.pipeline))
     assert any(stop.rounds == 7 and stop.target_quality == 2.5 for stop in stops)
     assert plan.pipeline.time_limit == 9.0
 

@@ -207,9 +207,15 @@ def test_no_cell_of_the_ball_above_10(preset):
 
 @every_preset
 def test_bar_for_the_grid(preset):
-    """Vertices badly placed in a good connectivity are all that is wrong."""
+    """Vertices badly placed in a good connectivity are all that is wrong.
+
+    Relocation alone makes the worst cell best, with a mean of 1.7; another connectivity has the
+    best mean, and all cells good.
+    """
     _, outcome = optimized_sample("grid.vtk", preset)
-    assert 1 / outcome.work.standing().worst <= 1.8
+    standing = outcome.work.standing()
+    assert 1 / standing.worst <= {"fast": 1.8, "standard": 2.0, "best": 1.8}[preset]
+    assert standing.mean <= {"fast": 1.75, "standard": 1.45, "best": 1.75}[preset]
 
 
 # The worst Q that each preset leaves of these samples, and some hundredths more.
