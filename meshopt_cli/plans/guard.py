@@ -15,6 +15,9 @@ class Trust:
     def __init__(self, work: Workspace) -> None:
         self.best = work.standing()
 
+    def keep(self, work: Workspace) -> None:
+        """Nothing is kept."""
+
     def note(self, work: Workspace) -> Standing:
         """How good the present state is."""
         return work.standing()
@@ -36,21 +39,27 @@ class Guard:
     def __init__(self, work: Workspace) -> None:
         self.best = work.standing()
         self._worst = self.best.worst  # the best that was seen
-        self._kept = work.copy()
+        self._kept: Workspace | None = None  # without it the present state is the best
+
+    def keep(self, work: Workspace) -> None:
+        """Before the state changes: keep a copy if it is the best."""
+        if self._kept is None:
+            self._kept = work.copy()
 
     def note(self, work: Workspace) -> Standing:
-        """Keep the present state unless it is worse than the best; returns how good it is."""
+        """Take the present state for the best unless it is worse; returns how good it is."""
         now = work.standing()
         self._worst = max(self._worst, now.worst)
         if not self._prefers_best_to(now):
             self.best = now
-            del self._kept  # never both of them at once
-            self._kept = work.copy()
+            self._kept = None
         return now
 
     def better_of(self, work: Workspace) -> Workspace:
         """The present state, or the best one if that is better."""
-        return self._kept if self._prefers_best_to(work.standing()) else work
+        if self._kept is None or not self._prefers_best_to(work.standing()):
+            return work
+        return self._kept
 
     def _prefers_best_to(self, now: Standing) -> bool:
         if self._worst <= 0.0:

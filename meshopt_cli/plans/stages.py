@@ -134,6 +134,7 @@ class Repeat:
             while not outcome.stopped:
                 round += 1
                 before = after
+                guard.keep(outcome.work)
                 n_lines = len(outcome.lines)
                 try:
                     self.body.run(outcome, round)

@@ -1,5 +1,7 @@
 """Which of the meshes of some rounds is gone on from."""
 
+from itertools import pairwise
+
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -39,6 +41,18 @@ def test_bad_cells_count_beside_the_mean():
     assert guard.best == better.now
 
 
+def test_nothing_is_copied_that_is_not_gone_on_from():
+    """The best mesh is copied before it changes, and only then."""
+    guard = Guard(first := At(0.1, 2.0))
+    guard.keep(first)
+    guard.note(better := At(0.2, 2.0))
+    assert guard.better_of(better) is better
+    guard.keep(better)
+    guard.note(worse := At(0.15, 1.5))
+    assert guard.better_of(worse) is not worse
+    assert guard.better_of(worse).standing() == better.now
+
+
 STANDINGS = st.builds(At, st.floats(0.01, 0.02), st.floats(1.0, 2.0), st.floats(2.0, 9.0))
 
 
@@ -46,7 +60,8 @@ STANDINGS = st.builds(At, st.floats(0.01, 0.02), st.floats(1.0, 2.0), st.floats(
 def test_many_rounds_lose_no_more_than_one(works):
     """However often it goes on from what is a little worse, it stays near the best worst q."""
     guard = Guard(works[0])
-    for work in works[1:]:
+    for before, work in pairwise(works):
+        guard.keep(before)
         guard.note(work)
     most = max(work.now.worst for work in works)
     near = [work.now for work in works if work.now.worst >= (1 - LIKE) * most]
