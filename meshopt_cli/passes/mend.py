@@ -8,13 +8,16 @@ from typing import ClassVar
 import numpy as np
 
 from ..kernels.operators.mend import WAYS, Mending, Remedy, sweep_mend
+from ..kernels.search.target import facet_bounds
 from ..kernels.shape.classify import TetType
+from ..work.refusals import Refusals, no_refusals
 from ..work.session import Workspace
 from .base import Operator, Pass, bad_enough, option, urgency, urgent_q
 from .run import Run
 
 Array = np.ndarray
 
+LEAST_VISITS = 64  # whatever part of the cells of a small mesh that is
 MOST_WAYS = max(map(max, WAYS))  # of any remedy
 
 # For each type, what to try in what order: the cheap and the likely first.
@@ -118,15 +121,29 @@ class Mend(Remedial, Operator):
         1.1, "no rings around cells whose Q is below so many times the target",
         least=1.0, most=1e3,
     )  # fmt: skip
+    near_bound: float = option(
+        1.1, "no cell whose Q is below so many times what its boundary facets allow",
+        least=1.0, most=1e3,
+    )  # fmt: skip
+    max_share: float = option(
+        1.0, "visit so many of the worst at most, as a part of all cells", least=0.0, most=1.0
+    )
     urgent_factor: float = urgency()
     rings_worse_than: float = bad_enough(1.6, "cells of these rings whose Q is above")
 
     def sweep(self, work: Workspace, run: Run) -> None:
         def mend(cells: Array, limit: float) -> None:
             urgent = urgent_q(work, self.urgent_factor)
+            refused: Refusals = work.visits.get((self, "refused"), no_refusals(work.mesh))
+            alike = refused.are_alike(work.mesh, cells) & (work.quality(cells) > urgent)
+            cells = self._with_room(work, cells[~alike])
+            before = Refusals.of(work.mesh, cells)
             self.mend(work, cells, limit, self.least_kept, urgent, run)
+            left = before.chosen(before.are_unchanged(work.mesh))
+            work.visits[(self, "refused")] = refused.joined(left)
 
-        mend(work.worse_cells(self.limit), self.limit)
+        bad = worst_first(work, work.worse_cells(self.limit))
+        mend(bad[: max(LEAST_VISITS, int(self.max_share * work.n_cells))], self.limit)
         # What is nearly as good as the boundary allows is worth no more than that.
         limit = 1.0 / max(self.worse_than, self.near_target * work.bounds.target)
         around = 1.0 / self.rings_worse_than
@@ -139,5 +156,10 @@ class Mend(Remedial, Operator):
             mend(near[work.quality(near) < around], around)
             mend(work.worse_cells(limit), limit)
 
-    def arranged(self, work: Workspace, cells: Array) -> Array:
-        return self.ordered(work, cells, work.quality(cells))
+    def _with_room(self, work: Workspace, cells: Array) -> Array:
+        """The cells whose boundary facets allow more; over an edge any triangle can be regular."""
+        if work.dimension == 2:
+            return cells
+        allowed = np.empty(len(cells))
+        facet_bounds(work.mesh, cells, allowed)
+        return cells[self.near_bound * work.quality(cells) < allowed]

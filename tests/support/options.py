@@ -55,4 +55,5 @@ def another(kind, option):
         return next(c for c in f.metadata["choices"] if c != f.default)
     if f.metadata["most"] is None:
         return f.default + 1
-    return type(f.default)((f.default + f.metadata["most"]) / 2)
+    other = f.metadata["least"] if f.default == f.metadata["most"] else f.metadata["most"]
+    return type(f.default)((f.default + other) / 2)
