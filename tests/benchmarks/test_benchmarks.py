@@ -14,6 +14,7 @@ import judge
 import native
 import peers
 import scaling
+import spread
 from judge import Part
 
 REGULAR = np.array([[1, 1, 1], [-1, -1, 1], [-1, 1, -1], [1, -1, -1]], dtype=float)
@@ -180,3 +181,21 @@ def test_a_line_of_growth(tmp_path):
     assert line["less start"] == "0"
     assert 0 < float(line["peak MiB"]) < float(line["bytes/cell"])
     assert float(line["passes s"]) <= float(line["whole s"])
+
+
+@pytest.mark.parametrize("name", ["grid.vtk", "two_regions.msh", "quadtree.vtk"])
+def test_another_numbering_is_the_same_mesh(samples, name):
+    part, _ = native.read_any(samples / name)
+    other = spread.renumbered(part, 3)
+    assert not np.array_equal(part.points, other.points)
+    one, two = judge.judge(part), judge.judge(other)
+    assert two.worst == pytest.approx(one.worst)
+    assert two.mean == pytest.approx(one.mean)
+    assert (two.cells, two.vertices, two.invalid) == (one.cells, one.vertices, 0)
+    assert np.bincount(other.region).tolist() == np.bincount(part.region).tolist()
+
+
+def test_the_spread_is_told(samples, capsys):
+    spread.main([str(samples / "quadtree.vtk"), "--times", "2", "--preset", "fast"])
+    line = next(one for one in capsys.readouterr().out.splitlines() if "quadtree" in one)
+    assert len(line.split("│")) == 2 + 1 + len(spread.FIGURES)
