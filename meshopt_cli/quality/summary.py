@@ -14,6 +14,7 @@ from ..mesh.cast import Simplices
 from ..mesh.model import Array
 from ..mesh.sizes import unfolded
 from .measures import MEASURES, Measure, as_degradation, cell_quality
+from .room import Room, room
 from .target import target
 
 # Upper ends of the ranks of Table 18.3; the last one has none.
@@ -42,6 +43,7 @@ class Summary:
     angle_max: float
     worst_by_measure: dict[str, float] = field(default_factory=dict)
     forced: tuple[float, float] | None = None  # see `forced_angles`; None where not asked for
+    room: Room | None = None  # None for triangles
 
     @property
     def equation(self) -> str:
@@ -103,4 +105,5 @@ def summarize(
         angle_min=math.degrees(least),
         angle_max=math.degrees(greatest),
         worst_by_measure={m.name: float(degradation_by(m).max(initial=1.0)) for m in others},
+        room=room(simplices, measure),
     )

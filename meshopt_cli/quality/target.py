@@ -6,14 +6,13 @@ import math
 
 import numpy as np
 
-from ..cells import SIMPLICES
 from ..kernels.search.target import best_over_face, estimate_targets
 from ..kernels.shape.angles import REGULAR_ANGLE_3
 from ..mesh import adjacency
 from ..mesh.cast import Simplices
 from ..mesh.model import Array
-from ..mesh.sizes import angles_between, area_vectors, contents
 from .measures import MEASURES, Measure, cell_quality
+from .room import boundary_edges
 
 # Shapes of boundary faces that are searched for the angles they force, among so many times as
 # many of the thinnest faces.
@@ -83,23 +82,13 @@ def _forced_by_edges(simplices: Simplices) -> float:
     An edge has one tetrahedron, the one that both facets span, or several, of which one has at
     most half the angle between the facets.
     """
-    points, skin = simplices.points, simplices.skin
-    region = simplices.region[np.nonzero(simplices.neighbours < 0)[0]]
-    ends = adjacency.edges_of_triangles(skin)
-    keys = adjacency.row_keys(ends, len(points))
-    _, edge, n_facets = adjacency.distinct_rows(np.stack([keys, np.repeat(region, 3)], axis=1))
-    pairs = np.argsort(edge, kind="stable")
-    pairs = pairs[n_facets[edge[pairs]] == 2].reshape(-1, 2)
-    # Vertices of the tetrahedron that the facets span, seen from inside one of them.
-    tets = np.column_stack([ends[pairs[:, 0]], np.roll(skin, 1, axis=1).ravel()[pairs]])
-    is_convex = contents(points, tets, SIMPLICES[3]) > 0.0
+    edges = boundary_edges(simplices)
+    is_convex = edges.angles < 180.0
     if not is_convex.any():
         return 180.0
-    tets = tets[is_convex]
-    one, other = (area_vectors(points, tets[:, [0, 1, apex]]) for apex in (2, 3))
-    between = np.degrees(angles_between(one, other))
-    alone = cell_quality(points, tets, MEASURES["angle-min"]) * math.degrees(REGULAR_ANGLE_3)
-    return float(np.maximum(alone, 0.5 * between).min())
+    angles = cell_quality(simplices.points, edges.tets[is_convex], MEASURES["angle-min"])
+    alone = angles * math.degrees(REGULAR_ANGLE_3)
+    return float(np.maximum(alone, 0.5 * edges.angles[is_convex]).min())
 
 
 def _thinness(triangles: Array) -> Array:

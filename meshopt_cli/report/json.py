@@ -7,6 +7,7 @@ import math
 from dataclasses import asdict
 from typing import Any
 
+from ..quality.room import Room
 from ..quality.summary import RANKS, Summary
 from .model import FileFacts, Report
 
@@ -18,6 +19,16 @@ def _number(value: float) -> float | None:
 
 def _file(facts: FileFacts | None) -> dict[str, str] | None:
     return None if facts is None else asdict(facts)
+
+
+def _room(room: Room | None) -> dict[str, Any] | None:
+    if room is None:
+        return None
+    most = [
+        {"where": list(p.where), "Q": _number(p.worst), "allowed": _number(p.allowed)}
+        for p in room.places
+    ]
+    return {"held": room.held, "near": room.near, "most": most}
 
 
 def summary_dict(summary: Summary | None) -> dict[str, Any] | None:
@@ -40,6 +51,7 @@ def summary_dict(summary: Summary | None) -> dict[str, Any] | None:
         "angle_min": _number(summary.angle_min),
         "angle_max": _number(summary.angle_max),
         "angles_forced": None if summary.forced is None else list(summary.forced),
+        "room": _room(summary.room),
         "measures": {n: _number(v) for n, v in summary.worst_by_measure.items()},
     }
 

@@ -6,6 +6,7 @@ import math
 from itertools import pairwise
 
 from ..errors import shown
+from ..quality.room import Room
 from ..quality.summary import RANKS, Summary
 from .model import Report
 
@@ -85,11 +86,12 @@ def closing_lines(report: Report) -> list[str]:
     angles = f"{kind} {after.angle_min:.1f} to {after.angle_max:.1f} degrees"
     if after.forced is not None and after.dimension == 3:
         angles += " (the boundary forces {:.1f} and {:.1f})".format(*after.forced)
+    room = _room_lines(after.room)
     by, several = report.regions.arrays, report.regions.count > 1
     regions = [f"{report.regions.count:,} regions, by {shown(' and '.join(by))}"] * several
     lost = ["lost: " + ", ".join(report.lost)] * bool(report.lost)
     if report.after is None:
-        return [angles, *regions, *lost]
+        return [angles, *room, *regions, *lost]
     change = report.after.n_points - report.before.n_points
     noun = "vertex" if abs(change) == 1 else "vertices"
     vertices = f"{abs(change):,} {noun} {'more' if change > 0 else 'less'}"
@@ -97,6 +99,28 @@ def closing_lines(report: Report) -> list[str]:
     return [
         f"stopped: {report.stopped}; {vertices if change else 'as many vertices as before'}",
         f"{angles}; {times}",
+        *room,
         *regions,
         *lost,
     ]
+
+
+def _room_lines(room: Room | None) -> list[str]:
+    """How many of the cells that something holds are as good as they may be, and who is not."""
+    if room is None:
+        return []
+    lines = []
+    if room.held:
+        part = 100.0 * room.near / room.held
+        lines = [
+            f"{room.held:,} cells are held by facets, edges or vertices: {part:.1f} % of them are "
+            "within 10 % of what these allow"
+        ]
+    if room.places:
+        first = room.places[0]
+        where = ", ".join(f"{x:.4g}" for x in first.where)
+        lines.append(
+            f"most room is left at ({where}): Q = {figure(first.worst)}, where "
+            f"{figure(first.allowed)} is allowed"
+        )
+    return lines

@@ -82,3 +82,11 @@ def test_report_of_a_mesh_with_vertices_that_are_not_there(meshopt, tmp_path, ma
     ran = meshopt("report", path)
     assert (ran.status, ran.out) == (1, "")
     assert str(path) in ran.complaint
+
+
+def test_the_report_tells_where_there_is_room(meshopt, samples):
+    """Of tetrahedra; any triangle may be regular."""
+    shown = meshopt("report", samples / "raw_ball.mesh").out
+    assert "cells are held by facets, edges or vertices" in shown
+    assert "most room is left at (" in shown
+    assert "most room" not in meshopt("report", samples / "quadtree.vtk").out

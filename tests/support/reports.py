@@ -76,7 +76,8 @@ summaries = st.builds(
 reports = st.builds(report, summaries) | st.builds(report, summaries, summaries)
 
 SUMMARY_KEYS = {"ne", "np", "worst", "mean", "best", "target", "invalid", "histogram",
-                "angle_min", "angle_max", "angles_forced", "measures"}  # fmt: skip
+                "angle_min", "angle_max", "angles_forced", "measures",
+                "room"}  # fmt: skip
 PASS_KEYS = {"round", "name", "visited", "applied", "refused", "seconds", "worst", "mean"}
 TOP_KEYS = {"meshopt", "input", "output", "measure", "dimension", "before", "after", "passes",
             "regions", "stopped", "seconds", "lost"}  # fmt: skip
@@ -95,6 +96,11 @@ def check_summary(value, one, measure=DEFAULT_MEASURE):
     assert value["mean"] == pytest.approx(np.mean(1 / q), rel=1e-12)
     assert value["invalid"] == 0
     assert value["measures"][measure] == value["worst"]
+    if simplices.dimension == 2:
+        assert value["room"] is None
+    else:
+        assert 0 <= value["room"]["near"] <= value["room"]["held"] <= value["ne"]
+        assert all(p["Q"] > 1.1 * p["allowed"] >= 1.1 for p in value["room"]["most"])
     assert set(value["measures"]) == set(QUALITIES)
     histogram = value["histogram"]
     assert set(histogram) == {"edges", "counts", "percent"}
