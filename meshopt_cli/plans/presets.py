@@ -183,7 +183,10 @@ def _better_mean_in_space(stop: Stop) -> Repeat:
 def _fast(stop: Stop, dimension: int) -> tuple[Stage, ...]:
     swap = Swap(worse_than=_SWAP[dimension], pick="best")
     smooth = Smooth(worse_than=_SMOOTH[dimension], sweeps=2)
-    return _audited(Sequence((Smooth(),)), Repeat(Sequence((swap, smooth)), stop))
+    # In the plane for 7 % more time the mean is 0.14 less, and Q_T a third. In space it takes 10 %
+    # more, and 1.5 % of the cells below Q = 2 where the boundary is poor.
+    even = (_EVEN[2],) if dimension == 2 else ()
+    return _audited(Sequence((Smooth(), *even)), Repeat(Sequence((swap, smooth)), stop))
 
 
 def _standard(stop: Stop, dimension: int) -> tuple[Stage, ...]:
@@ -254,7 +257,7 @@ PRESETS: dict[str, Preset] = {
     for p in (
         Preset(
             "fast",
-            "relocation, then a few rounds of swap and smooth",
+            "relocation, in the plane all over the mesh, then a few rounds of swap and smooth",
             _FAST,
             _fast,
         ),

@@ -219,7 +219,7 @@ def test_bar_for_the_grid(preset):
 
 
 # The worst Q that each preset leaves of these samples, and some hundredths more.
-TRIANGLES = {"fast": 2.3, "standard": 1.7, "best": 1.55}
+TRIANGLES = {"fast": 2.0, "standard": 1.7, "best": 1.55}
 
 
 @pytest.mark.parametrize("preset", TRIANGLES)
