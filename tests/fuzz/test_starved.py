@@ -20,7 +20,7 @@ from support.edits import shaken
 from support.files import write
 from support.fuzz import cases
 from support.meshes import tet_grid
-from support.processes import without_notice
+from support.processes import heed_signals, without_notice
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals and limits as POSIX has them")
 
@@ -50,11 +50,17 @@ def start(arguments, folder, limit=None):
     """A run with a folder of its own for temporary files, and perhaps a limit to what it gets."""
     tmp = folder.parent / "tmp"
     tmp.mkdir(exist_ok=True)
+
+    def prepare():
+        heed_signals()
+        if limit is not None:
+            resource.setrlimit(*limit)
+
     return subprocess.Popen(
         [sys.executable, "-m", "meshopt_cli", *map(str, arguments)],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=folder,
         env={**os.environ, "TMPDIR": str(tmp)},
-        preexec_fn=None if limit is None else lambda: resource.setrlimit(*limit),  # noqa: PLW1509
+        preexec_fn=prepare,  # noqa: PLW1509
     )  # fmt: skip
 
 

@@ -25,7 +25,9 @@ def untouched(folder):
     """Prove that no file comes, goes or changes, temporary ones included."""
     before = contents(folder)
     yield
-    assert contents(folder) == before
+    after = contents(folder)
+    changed = sorted(n for n in {*before, *after} if before.get(n) != after.get(n))
+    assert not changed, f"{', '.join(map(str, changed))} in {folder}"
 
 
 def worst_of(path, measure=DEFAULT_MEASURE):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 from typing import NamedTuple
@@ -20,6 +21,13 @@ ESCAPE = "\x1b"
 NOTICE = "compiling kernels"  # said once on each machine, whatever the command
 
 needs_terminal = pytest.mark.skipif(termios is None, reason="this system has no pseudo-terminals")
+
+
+def heed_signals():
+    """Let a child end by signals that this process ignores, as one in the background does."""
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_DFL)
 
 
 def start_python(code, *arguments, **environment):
@@ -107,6 +115,7 @@ def in_terminal(*arguments, until=None, send=None, stdout_too=False, **environme
         stdout=theirs if stdout_too else subprocess.DEVNULL,
         stderr=theirs,
         env={**os.environ, "PYTHONIOENCODING": "utf-8", "TERM": "xterm", **environment},
+        preexec_fn=heed_signals,  # noqa: PLW1509
     )
     os.close(theirs)
     shown = b""
