@@ -20,6 +20,19 @@ SIGNS = {
     name: 2.0 * FAMILIES[name].reference[:, : FAMILIES[name].dimension] - 1.0
     for name in ("quad", "hexahedron")
 }
+# The ends of the edges along each axis, (d, k / 2) both: the corners behind, and those ahead.
+_BEHIND = {
+    name: np.array([np.flatnonzero(s < 0.0) for s in signs.T]) for name, signs in SIGNS.items()
+}
+_AHEAD = {
+    name: np.array(
+        [
+            [np.flatnonzero((signs == signs[v] * turn).all(axis=1))[0] for v in row]
+            for row, turn in zip(_BEHIND[name], 1.0 - 2.0 * np.eye(signs.shape[1]), strict=True)
+        ]
+    )
+    for name, signs in SIGNS.items()
+}
 
 
 def dot(a: Array, b: Array) -> Array:
@@ -162,8 +175,11 @@ def relative_size_squared(sizes: Array, mean_size: float) -> Array:
 
 
 def axes(x: Array, family: str) -> Array:
-    """Axes of quads and hexahedra, (n, d, 3): as many times an edge as are parallel to it."""
-    return np.einsum("kd,nki->ndi", SIGNS[family], x)
+    """Axes of quads and hexahedra, (n, d, 3): the sums of the edges along each.
+
+    Of differences, so that those of a quad folded on itself are parallel to the last digit.
+    """
+    return (x[:, _AHEAD[family]] - x[:, _BEHIND[family]]).sum(axis=2)
 
 
 def max_edge_ratio(x: Array, family: str) -> Array:
@@ -184,7 +200,7 @@ def taper(x: Array, family: str) -> Array:
     """Greatest length of a cross derivative by the shorter of its two axes."""
     signs, lengths = SIGNS[family], norms(axes(x, family))
     one, other = np.triu_indices(signs.shape[1], 1)
-    across = norms(np.einsum("kp,nki->npi", signs[:, one] * signs[:, other], x))
+    across = norms(np.einsum("kp,nki->npi", signs[:, one] * signs[:, other], x - x[:, :1]))
     shorter = np.minimum(lengths[:, one], lengths[:, other])
     return ratio(across, shorter, math.inf).max(axis=1)
 

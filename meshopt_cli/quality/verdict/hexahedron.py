@@ -142,7 +142,7 @@ ROWS = (
          partial(g.edge_ratio, family="hexahedron"),
          note="Verdict looks for the longest among the first six of its edges"),
     _row("equiangle-skew", NUMBER, 0.0, LESS, "greatest equiangle-skew of a face",
-         equiangle_skew),
+         equiangle_skew, note=quad.ANGLES),
     _row("jacobian", VOLUME, None, MORE, "min J, with the centre", jacobian),
     _row("max-aspect-frobenius", NUMBER, 1.0, LESS, "max |J| |J^-1| / 3", max_aspect_frobenius),
     _row("max-edge-ratio", NUMBER, 1.0, LESS, "longest axis / shortest",

@@ -65,7 +65,7 @@ _row = partial(Row, "pyramid")
 
 ROWS = (
     _row("equiangle-skew", NUMBER, 0.0, LESS, "greatest equiangle-skew of a face",
-         equiangle_skew),
+         equiangle_skew, note=quad.ANGLES),
     _row("jacobian", VOLUME, None, MORE, "least 6 V of the four tetrahedra", jacobian),
     _row("scaled-jacobian", NUMBER, 1.0, MORE,
          "q = sqrt(2) least scaled-jacobian of the four tetrahedra, 2 - q beyond 1",

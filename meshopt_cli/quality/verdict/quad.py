@@ -199,7 +199,7 @@ def distortion(x: Array) -> Array:
 
 
 _row = partial(Row, "quad")
-_ANGLES = "Verdict gives 360 and 0 as the angles where a side other than 2-3 has no length: " \
+ANGLES = "Verdict gives 360 and 0 as the angles where a side other than 2-3 has no length: " \
           "here that is a triangle, as it is for side 2-3"  # fmt: skip
 
 ROWS = (
@@ -210,16 +210,16 @@ ROWS = (
          note="Verdict gives 2 for every triangle (sides 2-3 without length), which is 1"),
     _row("edge-ratio", NUMBER, 1.0, LESS, "h_max / h_min", partial(g.edge_ratio, family="quad")),
     _row("equiangle-skew", NUMBER, 0.0, LESS, "max(90 - least, greatest - 90) / 90",
-         equiangle_skew, note=_ANGLES),
+         equiangle_skew, note=ANGLES),
     _row("jacobian", AREA, None, MORE, "least corner area", jacobian),
-    _row("max-angle", DEGREES, 90.0, LESS, "greatest angle", max_angle, note=_ANGLES),
+    _row("max-angle", DEGREES, 90.0, LESS, "greatest angle", max_angle, note=ANGLES),
     _row("max-aspect-frobenius", NUMBER, 1.0, LESS, "max (a^2 + b^2) / (2 |a x b|)",
          max_aspect_frobenius),
     _row("max-edge-ratio", NUMBER, 1.0, LESS, "longer axis / shorter axis",
          partial(g.max_edge_ratio, family="quad")),
     _row("med-aspect-frobenius", NUMBER, 1.0, LESS, "mean (a^2 + b^2) / (2 |a x b|)",
          med_aspect_frobenius),
-    _row("min-angle", DEGREES, 90.0, MORE, "least angle", min_angle, note=_ANGLES),
+    _row("min-angle", DEGREES, 90.0, MORE, "least angle", min_angle, note=ANGLES),
     _row("oddy", NUMBER, 0.0, LESS, "max |G - tr(G) / 2|^2 / det(G)", oddy),
     _row("radius-ratio", NUMBER, 1.0, LESS,
          "sqrt(sum a^2 max(a^2, diagonal^2) / 8) / min |a x b|", radius_ratio),

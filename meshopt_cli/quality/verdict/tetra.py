@@ -98,9 +98,8 @@ def _from_regular(x: Array) -> Array:
 
 def aspect_frobenius(x: Array) -> Array:
     """Squares of the map from the regular cell by its determinant, whichever its sign."""
-    mapped = _from_regular(x)
-    below = 3.0 * np.cbrt(g.determinants(mapped)) ** 2
-    return g.ratio(g.squares(mapped).sum(axis=1), below, math.inf)
+    below = 3.0 * np.cbrt(math.sqrt(2.0) * jacobian(x)) ** 2
+    return g.ratio(g.squares(_from_regular(x)).sum(axis=1), below, math.inf)
 
 
 def condition(x: Array) -> Array:
@@ -113,7 +112,7 @@ def condition(x: Array) -> Array:
 
 def shape(x: Array) -> Array:
     """The inverse of aspect-frobenius, 0 unless the volume is positive."""
-    return g.mean_ratio(_from_regular(x), 1.0)
+    return np.where(jacobian(x) > 0.0, g.ratio(np.ones(len(x)), aspect_frobenius(x), 0.0), 0.0)
 
 
 def scaled_jacobian(x: Array) -> Array:

@@ -91,7 +91,7 @@ ROWS = (
          note="Verdict has 0.433013 / 0.866025 for 1/2"),
     _row("edge-ratio", NUMBER, 1.0, LESS, "h_max / h_min", partial(g.edge_ratio, family="wedge")),
     _row("equiangle-skew", NUMBER, 0.0, LESS, "greatest equiangle-skew of a face",
-         equiangle_skew),
+         equiangle_skew, note=quad.ANGLES),
     _row("jacobian", VOLUME, None, MORE, "min J", jacobian),
     _row("max-aspect-frobenius", NUMBER, 1.0, LESS,
          "max aspect-frobenius of a corner's tetrahedron, by that of the ideal wedge",
