@@ -200,7 +200,8 @@ ROWS = (
     _row("aspect-ratio", NUMBER, 1.0, LESS, "h_max / (2 sqrt(6) r)", aspect_ratio),
     _row("collapse-ratio", NUMBER, math.sqrt(2.0 / 3.0), MORE,
          "min height / longest edge of the facet", collapse_ratio,
-         note="Verdict takes edge 13 for 12 in facet 012, and 12 for 13 in facet 013"),
+         note="Verdict takes edge 13 for 12 in facet 012, and 12 for 13 in facet 013; and gives "
+              "infinite for facet 012 without area: 0"),
     _row("condition", NUMBER, 1.0, LESS, "|J| |J^-1| / 3, J from the regular cell; < 0 if inverted",
          condition),
     _row("distortion", NUMBER, 1.0, MORE, "min J / mean J", distortion),
@@ -218,7 +219,7 @@ ROWS = (
          note="Verdict takes what is left to 180 of the angles at the edges 02 and 13"),
     _row("normalized-inradius", NUMBER, 1.0, MORE,
          "min(3 r, 3 (1 + sqrt(3)) r of an eighth of the inner octahedron) / R",
-         normalized_inradius),
+         normalized_inradius, note="Verdict gives infinite where two corners are the same: 0"),
     _row("radius-ratio", NUMBER, 1.0, LESS, "R / (3 r)", radius_ratio),
     _row("relative-size-squared", NUMBER, 1.0, MORE, "min(V / mean, mean / V)^2",
          relative_size_squared, sized=True),
