@@ -269,6 +269,29 @@ def test_values_stay_when_cells_are_turned_moved_and_scaled(kind, name, seed, sc
     assert a == pytest.approx(b, rel=1e-9, abs=1e-9)
 
 
+# Other numberings of the same cell, not mirrored.
+TURNS = {
+    "triangle": [[1, 2, 0]],
+    "quad": [[1, 2, 3, 0]],
+    "tetra": [[1, 2, 0, 3], [1, 0, 3, 2]],
+    "pyramid": [[1, 2, 3, 0, 4]],
+    "wedge": [[1, 2, 0, 4, 5, 3], [3, 5, 4, 0, 2, 1]],
+    "hexahedron": [[1, 2, 3, 0, 5, 6, 7, 4], [0, 3, 7, 4, 1, 2, 6, 5]],
+}
+# Verdict takes the normal of corner 0 for that of a bent quad.
+BENT = {("pyramid", "shape"), ("quad", "distortion")}
+
+
+@each([key for key in VERDICT if key not in BENT])
+@settings(max_examples=10, deadline=None)
+@given(seed=seeds)
+def test_values_stay_when_corners_are_numbered_otherwise(kind, name, seed):
+    x = shaken(kind, seed)
+    for turn in TURNS[kind]:
+        a, b = ours(x[:, turn], kind, name), ours(x, kind, name)
+        assert a == pytest.approx(b, rel=1e-11, abs=1e-13)
+
+
 # What a solid inside out gives, where that is not the same as for its image.
 INVERTED = {
     "negative": {

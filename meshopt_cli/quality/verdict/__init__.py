@@ -54,6 +54,8 @@ def verdict_quality(points: Array, cells: Array, cell_type: str, name: str) -> A
 def mean_size(points: Array, cells: Array, cell_type: str) -> float:
     """Mean area or volume of cells of one family, 0 if there are none.
 
+    Volumes of inverted cells count below 0, as they do for VTK.
+
     Parameters
     ----------
     points : (np, 3) float64

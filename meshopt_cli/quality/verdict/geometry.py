@@ -25,14 +25,12 @@ _BEHIND = {
     name: np.array([np.flatnonzero(s < 0.0) for s in signs.T]) for name, signs in SIGNS.items()
 }
 _AHEAD = {
-    name: np.array(
-        [
-            [np.flatnonzero((signs == signs[v] * turn).all(axis=1))[0] for v in row]
-            for row, turn in zip(_BEHIND[name], 1.0 - 2.0 * np.eye(signs.shape[1]), strict=True)
-        ]
-    )
+    name: np.array([
+        np.argmax(signs @ (signs[behind] * turn).T, axis=0)
+        for behind, turn in zip(_BEHIND[name], 1.0 - 2.0 * np.eye(signs.shape[1]), strict=True)
+    ])
     for name, signs in SIGNS.items()
-}
+}  # fmt: skip
 
 
 def dot(a: Array, b: Array) -> Array:
@@ -232,5 +230,8 @@ def gradients(family: str, places: Array) -> Array:
 
 
 def tangents(x: Array, derivatives: Array) -> Array:
-    """Derivatives of a position by the local coordinates, (n, p, d, 3)."""
-    return np.einsum("pkd,nki->npdi", derivatives, x)
+    """Derivatives of a position by the local coordinates, (n, p, d, 3).
+
+    From corner 0, so that no digits are lost far from the origin.
+    """
+    return np.einsum("pkd,nki->npdi", derivatives, x - x[:, :1])
