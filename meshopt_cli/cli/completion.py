@@ -44,9 +44,9 @@ def measures() -> Iterable[tuple[str, str]]:
 
 
 def limits() -> Iterable[tuple[str, str]]:
-    from ..quality.measures import MEASURES
+    from ..quality.verdict.table import every_measure
 
-    return ((m.name, m.formula) for m in MEASURES.values())
+    return ((m.name, m.formula) for m in every_measure().values())
 
 
 def formats() -> Iterable[tuple[str, str]]:

@@ -22,9 +22,9 @@ def _passes() -> list[Row]:
 
 
 def _measures() -> list[Row]:
-    from ..quality.measures import MEASURES
+    from ..quality.verdict.table import every_measure
 
-    return [(m.name, m.formula, m.unit, _sources(m), _use(m)) for m in MEASURES.values()]
+    return [(m.name, m.formula, m.unit, _sources(m), _use(m)) for m in every_measure().values()]
 
 
 def _sources(measure: Measure) -> str:
@@ -38,9 +38,11 @@ def _sources(measure: Measure) -> str:
 
 
 def _use(measure: Measure) -> str:
+    from ..quality.measures import QUALITIES
+
     if measure.drives:
         return ""
-    return "for reports and gates only" if measure.is_quality else "for gates only"
+    return "for reports and gates only" if measure.name in QUALITIES else "for gates only"
 
 
 def _formats() -> list[Row]:

@@ -12,7 +12,8 @@ from .measures import DEFAULT_MEASURE, MEASURES, Measure, measure_named
 
 # A gate as it is written: a measure, a limit, and where it holds only in a region, that region.
 NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
-GATE = re.compile(rf"\s*([a-z][a-z0-9-]*)\s*(<=|>=)\s*({NUMBER})\s*(?:@\s*(.*\S)\s*)?")
+NAME = r"[a-z][a-z0-9-]*(?:\.[a-z][a-z0-9-]*)?"
+GATE = re.compile(rf"\s*({NAME})\s*(<=|>=)\s*({NUMBER})\s*(?:@\s*(.*\S)\s*)?")
 
 LONGEST = 100  # what is shown of a gate that is none
 
@@ -24,7 +25,7 @@ class Limit:
     Attributes
     ----------
     name : str
-        A key of `MEASURES`.
+        A key of `verdict.table.every_measure`.
     is_least : bool
         Whether the value is the least allowed; else it is the greatest.
     value : float
@@ -43,7 +44,7 @@ class Limit:
 
     @property
     def measure(self) -> Measure:
-        return MEASURES[self.name]
+        return MEASURES[self.name] if self.name in MEASURES else _every_measure()[self.name]
 
     def __str__(self) -> str:
         where = "" if self.region is None else f" @ {self.region}"
@@ -90,6 +91,12 @@ class Gates:
 NO_GATES = Gates()
 
 
+def _every_measure() -> dict[str, Measure]:
+    from .verdict.table import every_measure  # seldom needed
+
+    return every_measure()
+
+
 def limit_of(text: str) -> Limit:
     """A limit as it is written: "dihedral-min>=10", "aspect-ratio<=5 @ steel".
 
@@ -104,9 +111,12 @@ def limit_of(text: str) -> Limit:
     if match is None or math.isinf(value):
         form = '"QUANTITY>=VALUE" or "QUANTITY<=VALUE", and "@ REGION" after it if it has one'
         raise ConfigError(f"gate {shown}: must be {form}; VALUE is a finite number")
-    if match[1] not in MEASURES:
+    if match[1] not in MEASURES and match[1] not in _every_measure():
         known = ", ".join(MEASURES)
-        raise ConfigError(f"gate {shown}: no quantity {match[1]!r}: choose one of {known}")
+        raise ConfigError(
+            f"gate {shown}: no quantity {match[1]!r}: choose one of {known}, or FAMILY.NAME of "
+            "Verdict: see meshopt list measures"
+        )
     return Limit(match[1], match[2] == ">=", value, match[4])
 
 

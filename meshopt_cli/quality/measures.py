@@ -42,11 +42,14 @@ class Way:
         1/Q (Remark 18.3), negative for an inverted cell.
     function : function of points, cells and family, optional
         See `formulas`, where it is not.
+    at_once : bool
+        Whether it takes all cells at once, as where it compares them with each other.
     """
 
     source: str
     kernel: str = ""
     function: Callable[[Array, Array, str], Array] | None = None
+    at_once: bool = False
 
 
 @dataclass(frozen=True)
@@ -119,6 +122,8 @@ class Measure:
             if FAMILIES[family].dimension == 2:
                 points, cells = unfolded(points, cells)
             return as_degradation(np.abs(cell_quality(points, cells, self)))
+        if way.at_once:
+            return way.function(points, cells, family)
         parts = [way.function(points, cells[rows], family) for rows in chunks(len(cells))]
         return np.concatenate([np.empty(0), *parts])
 

@@ -26,6 +26,7 @@ from meshopt_cli.quality.measures import (
 )
 from meshopt_cli.quality.partial import measurable
 from meshopt_cli.quality.summary import summarize
+from meshopt_cli.quality.verdict.table import every_measure
 from meshopt_cli.validity import check
 from support.files import write
 from support.meshes import in_space, mesh, octahedron, tri_grid
@@ -155,7 +156,28 @@ def test_a_gate_on_every_row(row, family, scale):
             assert check(of, ["M404"], gates=gates).codes == found
 
 
-@pytest.mark.parametrize("name", MEASURES)
+@pytest.mark.parametrize("name", [name for name in every_measure() if name not in MEASURES])
+@pytest.mark.parametrize("scale", [1.0, 1e-5])
+def test_a_gate_on_every_measure_of_verdict(name, scale):
+    """Of a cell of its family, in whatever unit; other cells are let through."""
+    (family,) = every_measure()[name].ways
+    points, cells = shaken(family, 7)
+    points = scale * points
+    value = float(every_measure()[name].of(points, cells, family)[0])
+    of = mesh(points, **{family: cells})
+    less, more = value - 1e-6 * abs(value), value + 1e-6 * abs(value)
+    for gate, found in ((f">={less!r}", ()), (f"<={more!r}", ())):
+        assert check(of, ["M404"], gates=Gates(others=(limit_of(name + gate),))).codes == found
+    for gate in (f">={more + 1e-9 * scale**3!r}", f"<={less - 1e-9 * scale**3!r}"):
+        gates = Gates(others=(limit_of(name + gate),))
+        assert check(of, ["M404"], gates=gates).codes == ("M404",)
+    other = "tetra" if family != "tetra" else "hexahedron"
+    points, cells = shaken(other, 7)
+    gates = Gates(others=(limit_of(f"{name}<=-1e9"),))
+    assert check(mesh(points, **{other: cells}), ["M404"], gates=gates).is_valid
+
+
+@pytest.mark.parametrize("name", every_measure())
 @given(value=st.floats(-1e6, 1e6), is_least=st.booleans(), region=st.none() | st.just("steel 2"))
 def test_a_gate_reads_back(name, value, is_least, region):
     text = f"{name}{'>=' if is_least else '<='}{value!r}{'' if region is None else ' @ ' + region}"
@@ -166,7 +188,7 @@ def test_a_gate_reads_back(name, value, is_least, region):
         value,
         region,
     )
-    assert limit_of(str(limit)).measure is MEASURES[name]
+    assert limit_of(str(limit)).measure is every_measure()[name]
 
 
 @pytest.mark.parametrize("name", MEASURES)
