@@ -9,6 +9,7 @@ import numpy as np
 
 from ..cells import SIMPLICES
 from ..kernels.shape.angles import angle_range
+from ..kernels.shape.classify import TYPES, count_types
 from ..mesh import adjacency
 from ..mesh.cast import Simplices
 from ..mesh.model import Array
@@ -41,6 +42,7 @@ class Summary:
     target: float
     angle_min: float  # degrees; dihedral angles in 3-D
     angle_max: float
+    types: dict[str, int] = field(default_factory=dict)  # cells of each type (18.2.3)
     worst_by_measure: dict[str, float] = field(default_factory=dict)
     forced: tuple[float, float] | None = None  # see `forced_angles`; None where not asked for
     room: Room | None = None  # None for triangles
@@ -105,5 +107,14 @@ def summarize(
         angle_min=math.degrees(least),
         angle_max=math.degrees(greatest),
         worst_by_measure={m.name: float(degradation_by(m).max(initial=1.0)) for m in others},
+        types=_types(points, cells),
         room=room(simplices, measure),
     )
+
+
+def _types(points: Array, cells: Array) -> dict[str, int]:
+    """How many cells there are of each type, by its name."""
+    types = TYPES[cells.shape[1] - 1]
+    counts = np.zeros(len(types), dtype=np.int64)
+    count_types(points, cells, counts)
+    return {kind.name.lower(): int(counts[kind]) for kind in types}

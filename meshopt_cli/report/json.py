@@ -51,6 +51,7 @@ def summary_dict(summary: Summary | None) -> dict[str, Any] | None:
         "angle_min": _number(summary.angle_min),
         "angle_max": _number(summary.angle_max),
         "angles_forced": None if summary.forced is None else list(summary.forced),
+        "types": summary.types,
         "room": _room(summary.room),
         "measures": {n: _number(v) for n, v in summary.worst_by_measure.items()},
     }

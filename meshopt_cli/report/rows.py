@@ -86,7 +86,7 @@ def closing_lines(report: Report) -> list[str]:
     angles = f"{kind} {after.angle_min:.1f} to {after.angle_max:.1f} degrees"
     if after.forced is not None and after.dimension == 3:
         angles += " (the boundary forces {:.1f} and {:.1f})".format(*after.forced)
-    room = _room_lines(after.room)
+    room = [*_type_lines(report), *_room_lines(after.room)]
     by, several = report.regions.arrays, report.regions.count > 1
     regions = [f"{report.regions.count:,} regions, by {shown(' and '.join(by))}"] * several
     lost = ["lost: " + ", ".join(report.lost)] * bool(report.lost)
@@ -103,6 +103,17 @@ def closing_lines(report: Report) -> list[str]:
         *regions,
         *lost,
     ]
+
+
+def _type_lines(report: Report) -> list[str]:
+    """The bad types that cells are of, of an optimization before and after."""
+    summaries = [summary for _, summary in named_rows(report)]
+    bad = []
+    for name in summaries[0].types:
+        counts = [summary.types.get(name, 0) for summary in summaries]
+        if any(counts) and name != "regular":
+            bad.append(f"{name} {' -> '.join(f'{n:,}' for n in counts)}")
+    return ["types of cells: " + ", ".join(bad)] * bool(bad)
 
 
 def _room_lines(room: Room | None) -> list[str]:

@@ -2,6 +2,7 @@
 
 import csv
 import io
+import re
 
 import pytest
 
@@ -90,3 +91,12 @@ def test_the_report_tells_where_there_is_room(meshopt, samples):
     assert "cells are held by facets, edges or vertices" in shown
     assert "most room is left at (" in shown
     assert "most room" not in meshopt("report", samples / "quadtree.vtk").out
+
+
+def test_the_report_counts_types(meshopt, samples, tmp_path):
+    """Those that are bad; of an optimization before and after."""
+    shown = meshopt("report", samples / "raw_ball.mesh").out
+    assert re.search(r"types of cells: .*sliver \d", shown)
+    shown = meshopt("optimize", samples / "raw_ball.mesh", tmp_path / "out.mesh").out
+    before, after = re.search(r"sliver (\d+) -> (\d+)", shown).groups()
+    assert int(after) < int(before)

@@ -77,7 +77,7 @@ reports = st.builds(report, summaries) | st.builds(report, summaries, summaries)
 
 SUMMARY_KEYS = {"ne", "np", "worst", "mean", "best", "target", "invalid", "histogram",
                 "angle_min", "angle_max", "angles_forced", "measures",
-                "room"}  # fmt: skip
+                "types", "room"}  # fmt: skip
 PASS_KEYS = {"round", "name", "visited", "applied", "refused", "seconds", "worst", "mean"}
 TOP_KEYS = {"meshopt", "input", "output", "measure", "dimension", "before", "after", "passes",
             "regions", "stopped", "seconds", "lost"}  # fmt: skip
@@ -96,6 +96,8 @@ def check_summary(value, one, measure=DEFAULT_MEASURE):
     assert value["mean"] == pytest.approx(np.mean(1 / q), rel=1e-12)
     assert value["invalid"] == 0
     assert value["measures"][measure] == value["worst"]
+    assert sum(value["types"].values()) == value["ne"]
+    assert len(value["types"]) == {2: 3, 3: 8}[simplices.dimension]
     if simplices.dimension == 2:
         assert value["room"] is None
     else:

@@ -1,4 +1,6 @@
-"""The eight types of tetrahedra (Exercise 18.6), by their short edges and obtuse angles.
+"""The types of triangles (Exercise 18.5) and tetrahedra (18.6), by short edges and obtuse angles.
+
+A triangle that is nearly flat has a short edge, or a large angle if it has none.
 
 A bad tet is nearly flat. If it has no short edge, the number of its large dihedral angles tells
 how its vertices lie near a plane; if it has, how many short edges there are, and where, tells how
@@ -13,7 +15,7 @@ from enum import IntEnum
 import numpy as np
 
 from ...cells import TET_EDGES
-from ...compiled.decorators import kernel
+from ...compiled.decorators import entry, kernel
 from ..vectors import at, dot, norm, square_distance
 from .angles import tet_normals
 
@@ -34,6 +36,16 @@ class TetType(IntEnum):
     NEEDLE = 7  # three short edges around a face, and the fourth vertex far away
 
 
+class TriangleType(IntEnum):
+    """Shapes of triangles."""
+
+    REGULAR = 0  # no short edge and no large angle: good, or nearly so
+    NEEDLE = 1  # a short edge: two vertices lie near each other
+    CAP = 2  # a large angle: a vertex lies near the edge across
+
+
+TYPES: dict[int, type[IntEnum]] = {2: TriangleType, 3: TetType}  # by dimension
+THIN, BLUNT = int(TriangleType.NEEDLE), int(TriangleType.CAP)
 REGULAR, SPADE, SLIVER, CAP, WEDGE, SPINDLE, SPEAR, NEEDLE = (int(t) for t in TetType)
 
 
@@ -117,15 +129,41 @@ def tet_type(points: np.ndarray, cell_vertices: np.ndarray) -> int:
 
 
 @kernel
+def triangle_type(points: np.ndarray, cell_vertices: np.ndarray) -> int:
+    """The type of a triangle, one of `TriangleType`."""
+    a = at(points, cell_vertices[0])
+    b = at(points, cell_vertices[1])
+    c = at(points, cell_vertices[2])
+    squares = (square_distance(b, c), square_distance(c, a), square_distance(a, b))
+    shortest = min(squares)
+    longest = max(squares)
+    if shortest < SHORT * SHORT * longest:
+        return THIN
+    # The greatest angle is opposite the longest edge.
+    others = squares[0] + squares[1] + squares[2] - longest
+    product = squares[0] * squares[1] * squares[2] / longest if longest > 0.0 else 0.0
+    return BLUNT if others - longest < 2.0 * LARGE * math.sqrt(product) else REGULAR
+
+
+@kernel
 def cell_type(points: np.ndarray, cell_vertices: np.ndarray) -> int:
     """The type of a tet, or of a triangle as its nearest kin: WEDGE by a short edge, else SPADE."""
     if cell_vertices.shape[0] == 4:
         return tet_type(points, cell_vertices)
-    shortest = math.inf
-    longest = 0.0
-    for i in range(3):
-        a = at(points, cell_vertices[i])
-        square = square_distance(a, at(points, cell_vertices[(i + 1) % 3]))
-        shortest = min(shortest, square)
-        longest = max(longest, square)
-    return WEDGE if shortest < SHORT * SHORT * longest else SPADE
+    return WEDGE if triangle_type(points, cell_vertices) == THIN else SPADE
+
+
+@entry(group="basic", example=lambda work: (work.mesh.points, work.mesh.cells, work.counts))
+def count_types(points: np.ndarray, cells: np.ndarray, counts: np.ndarray) -> None:
+    """Add the cells of each type to `counts`, at its number.
+
+    Parameters
+    ----------
+    cells : (n, 3) or (n, 4) int64
+    counts : (n_types,) int64
+    """
+    for i in range(cells.shape[0]):
+        if cells.shape[1] == 4:
+            counts[tet_type(points, cells[i])] += 1
+        else:
+            counts[triangle_type(points, cells[i])] += 1
