@@ -18,9 +18,8 @@ from .measures import Measure, as_degradation, cell_quality
 
 NEAR = 1.1  # a Q of less than so many times the best there can be is near it
 N_PLACES = 5
-# Shapes of tets on an edge of a given angle that are looked at for the best of them.
-ANGLES = np.linspace(0.5, math.degrees(REGULAR_ANGLE_3), 140)
-REACHES = np.geomspace(0.3, 3.0, 60)  # how far the other vertices are from it, in its length
+REGULAR = math.degrees(REGULAR_ANGLE_3)
+N_ANGLES, N_REACHES = 140, 60  # shapes of tets on an edge that are looked at for the best of them
 
 
 @dataclass(frozen=True)
@@ -101,17 +100,19 @@ def best_at_angle(measure: Measure, degrees: Array) -> Array:
 
     By symmetry its edge across is at right angles to that of the angle, middle over middle.
     """
-    half = np.radians(ANGLES)[:, None] / 2.0
-    x = REACHES * np.cos(half)
-    y = REACHES * np.sin(half)
-    corners = np.zeros((len(ANGLES), len(REACHES), 4, 3))
+    angles = np.linspace(0.5, REGULAR, N_ANGLES)
+    reaches = np.geomspace(0.3, 3.0, N_REACHES)  # of the other vertices, in lengths of the edge
+    half = np.radians(angles)[:, None] / 2.0
+    x = reaches * np.cos(half)
+    y = reaches * np.sin(half)
+    corners = np.zeros((N_ANGLES, N_REACHES, 4, 3))
     corners[..., 0, 2], corners[..., 1, 2] = -0.5, 0.5
     corners[..., 2:, 0] = x[..., None]
     corners[..., 2, 1], corners[..., 3, 1] = -y, y
     cells = np.arange(corners[..., 0].size).reshape(-1, 4)
-    q = cell_quality(corners.reshape(-1, 3), cells, measure).reshape(len(ANGLES), len(REACHES))
+    q = cell_quality(corners.reshape(-1, 3), cells, measure).reshape(N_ANGLES, N_REACHES)
     best = np.maximum.accumulate(np.abs(q).max(axis=1))
-    return np.interp(degrees, [0.0, *ANGLES], [0.0, *best])
+    return np.interp(degrees, [0.0, *angles], [0.0, *best])
 
 
 def allowed(simplices: Simplices, measure: Measure) -> Array:
@@ -132,7 +133,7 @@ def allowed(simplices: Simplices, measure: Measure) -> Array:
     estimate_targets(measure.judge, points, faces, bound)
     np.minimum.at(result, rows, bound)
     edges = boundary_edges(simplices)
-    sharp = np.flatnonzero(edges.angles < ANGLES[-1])
+    sharp = np.flatnonzero(edges.angles < REGULAR)
     if len(sharp):
         rows, angles = _at_edges(simplices, edges, sharp, held)
         np.minimum.at(result, rows, best_at_angle(measure, angles))
