@@ -1,4 +1,4 @@
-"""What rounds end on: the best mesh they saw, or the last."""
+"""The best mesh of some rounds."""
 
 from __future__ import annotations
 
@@ -7,24 +7,6 @@ from ..work.standing import Standing
 
 # A worst q within this part of the best one counts as that: 1e-4 and 5e-3 behave alike.
 LIKE = 1e-3
-
-
-class Trust:
-    """What stands in for a guard where rounds may do harm that others after them make good."""
-
-    def __init__(self, work: Workspace) -> None:
-        self.best = work.standing()
-
-    def keep(self, work: Workspace) -> None:
-        """Nothing is kept."""
-
-    def note(self, work: Workspace) -> Standing:
-        """How good the present state is."""
-        return work.standing()
-
-    def better_of(self, work: Workspace) -> Workspace:
-        """The present state."""
-        return work
 
 
 class Guard:

@@ -13,7 +13,7 @@ from typing import Protocol
 from ..passes import SILENT, UNLIMITED, Budget, Observer, Pass, Tally
 from ..work.session import Workspace
 from ..work.standing import Standing
-from .guard import Guard, Trust
+from .guard import Guard
 from .stop import DONE, ROUNDS_DONE, Stop
 
 
@@ -113,7 +113,8 @@ class Repeat:
     Attributes
     ----------
     guarded : bool
-        Whether it ends on the best mesh it saw, rather than on the last.
+        Whether it ends on the best mesh it saw, rather than on the last: for a stage that does
+        harm which others after it make good. Cut short, it ends on the best in any case.
     """
 
     body: Stage
@@ -127,9 +128,10 @@ class Repeat:
         return replace(self, body=self.body.mapped(change))
 
     def run(self, outcome: Outcome, round: int = 0) -> None:
-        guard = (Guard if self.guarded else Trust)(outcome.work)
+        guard = Guard(outcome.work)
         outcome.stopped = self.stop.at_first(guard.best)
         after = guard.best
+        is_whole = False
         try:
             while not outcome.stopped:
                 round += 1
@@ -145,5 +147,7 @@ class Repeat:
                 # Rounds of rounds are a matter of the preset: why the last of them ended tells
                 # more.
                 outcome.stopped = (outcome.stopped or reason) if reason == ROUNDS_DONE else reason
+            is_whole = True
         finally:
-            outcome.work = guard.better_of(outcome.work)
+            if self.guarded or not is_whole:
+                outcome.work = guard.better_of(outcome.work)

@@ -159,11 +159,16 @@ def _at_edges(
     return cells[at // ends.shape[1]], found[at]
 
 
-def room(simplices: Simplices, measure: Measure) -> Room | None:
-    """What the cells might gain; None for triangles, all of which may be regular."""
+def room(simplices: Simplices, measure: Measure, q: Array) -> Room | None:
+    """What the cells might gain; None for triangles, all of which may be regular.
+
+    Parameters
+    ----------
+    q : (ne,) float64
+        What they have by the measure.
+    """
     if simplices.dimension == 2:
         return None
-    q = cell_quality(simplices.points, simplices.cells, measure)
     best = np.maximum(allowed(simplices, measure), q)
     held, far = best < 1.0, NEAR * q < best
     rows = np.flatnonzero(far)

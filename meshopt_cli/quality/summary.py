@@ -87,10 +87,8 @@ def summarize(
     if simplices.dimension == 2 and simplices.frame is None:
         points, cells = unfolded(points, cells)
 
-    def degradation_by(measure: Measure) -> Array:
-        return as_degradation(cell_quality(points, cells, measure))
-
-    degradation = degradation_by(measure)
+    q = cell_quality(points, cells, measure)
+    degradation = as_degradation(q)
     valid = degradation[np.isfinite(degradation)]
     least, greatest = angle_range(points, cells)
     return Summary(
@@ -106,9 +104,12 @@ def summarize(
         target=target(simplices, measure) if best_target is None else best_target,
         angle_min=math.degrees(least),
         angle_max=math.degrees(greatest),
-        worst_by_measure={m.name: float(degradation_by(m).max(initial=1.0)) for m in others},
+        worst_by_measure={
+            m.name: float(as_degradation(cell_quality(points, cells, m)).max(initial=1.0))
+            for m in others
+        },
         types=_types(points, cells),
-        room=room(simplices, measure),
+        room=room(simplices, measure, q),
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 
 import pytest
@@ -67,6 +68,35 @@ def test_a_pass_may_run_out_of_time(work):
     with pytest.raises(OutOfTimeError):
         Smooth().run(work, Slow(), Budget.of(0.01))
     Check().run(work)
+
+
+class Spoiling(Sequence):
+    """Does harm, and is then out of time or done."""
+
+    late = False
+
+    def run(self, outcome, round=0):
+        super().run(outcome, round)
+        if self.late:
+            raise OutOfTimeError
+
+
+@pytest.mark.parametrize("guarded", [True, False])
+@pytest.mark.parametrize("late", [True, False])
+def test_harm_stays_only_where_what_makes_it_good_may_follow(guarded, late):
+    """A stage that is cut short ends on the best mesh it saw, guarded or not."""
+    work = Workspace(sample("raw_ball.mesh"), ASPECT_RATIO)
+    Swap().run(work)
+    Smooth().run(work)
+    before = work.standing()
+    body = Spoiling((Smooth(method="laplace", accept="valid", relaxation=1.0),))
+    object.__setattr__(body, "late", late)
+    outcome = Outcome(work)
+    with pytest.raises(OutOfTimeError) if late else contextlib.nullcontext():
+        Repeat(body, Stop(rounds=1), guarded=guarded).run(outcome)
+    assert outcome.lines[-1].tally.applied
+    is_worse = before.is_better_than(outcome.work.standing())
+    assert is_worse == (not guarded and not late)
 
 
 def test_rounds_without_a_change():
