@@ -115,7 +115,9 @@ def near(name: str, known: Iterable[str]) -> str | None:
     """The name that somebody may have meant, if one of those that are known is near."""
     import difflib
 
-    close = difflib.get_close_matches(name, list(known), 1)
+    names = list(known)
+    begun = [one for one in names if len(name) > 2 and one.startswith(name)]
+    close = begun or difflib.get_close_matches(name, names, 1)
     return close[0] if close else None
 
 

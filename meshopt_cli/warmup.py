@@ -20,6 +20,7 @@ import numpy as np
 from . import kernels
 from .compiled import cache, ways
 from .compiled.decorators import Entry
+from .cores import n_cores
 from .errors import EXIT_DONE, MeshoptError
 from .files.ending import ended_by
 from .kernels.shape.simplex import ASPECT_RATIO
@@ -123,8 +124,7 @@ def compile_groups(groups: Iterable[str]) -> None:
 
     A process that fails is no harm: what it did not compile is compiled when it is needed.
     """
-    n_cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    shares = shares_of(ways.missing(groups), n_cores or 1)
+    shares = shares_of(ways.missing(groups), n_cores())
     environment = {**os.environ, "MESHOPT_CACHE_DIR": str(cache.folder().parent)}
     helpers = [
         subprocess.Popen(

@@ -30,7 +30,7 @@ def passes() -> Iterable[tuple[str, str]]:
 
 
 def settings() -> Iterable[tuple[str, str]]:
-    from .listing import option_rows
+    from ..passes import option_rows
 
     return (
         (f"{name}.{option}=", help) for name, _ in passes() for option, _, help in option_rows(name)
@@ -47,6 +47,14 @@ def limits() -> Iterable[tuple[str, str]]:
     from ..quality.verdict.table import every_measure
 
     return ((m.name, m.formula) for m in every_measure().values())
+
+
+def families() -> Iterable[tuple[str, str]]:
+    from ..quality.verdict.table import every_measure
+
+    return (
+        (name, "") for name in dict.fromkeys(n for m in every_measure().values() for n in m.ways)
+    )
 
 
 def formats() -> Iterable[tuple[str, str]]:

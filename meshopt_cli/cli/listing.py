@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import fields
 from typing import TYPE_CHECKING
 
 import click
+
+from ..errors import chosen
+from . import completion
 
 if TYPE_CHECKING:
     from ..quality.measures import Measure
@@ -21,10 +23,15 @@ def _passes() -> list[Row]:
     return [(p.name, p.summary) for p in PASSES.values()]
 
 
-def _measures() -> list[Row]:
+def _measures(family: str | None = None) -> list[Row]:
     from ..quality.verdict.table import every_measure
 
-    return [(m.name, m.formula, m.unit, _sources(m), _use(m)) for m in every_measure().values()]
+    rows = list(every_measure().values())
+    if family is not None:
+        known = {name: name for row in rows for name in row.ways}
+        wanted = chosen(known, family, "measured family of cells")
+        rows = [row for row in rows if wanted in row.ways]
+    return [(m.name, m.formula, m.unit, _sources(m), _use(m)) for m in rows]
 
 
 def _sources(measure: Measure) -> str:
@@ -42,7 +49,11 @@ def _use(measure: Measure) -> str:
 
     if measure.drives:
         return ""
-    return "for reports and gates only" if measure.name in QUALITIES else "for gates only"
+    return (
+        "a Q, for reports and gates only"
+        if measure.name in QUALITIES
+        else "for reports and gates only"
+    )
 
 
 def _formats() -> list[Row]:
@@ -77,25 +88,21 @@ TABLES: dict[str, Callable[[], list[Row]]] = {
 }
 
 
-def option_rows(name: str) -> list[Row]:
-    """The options of a pass: name, default, help."""
-    from ..passes import PASSES
-
-    result: list[Row] = []
-    for f in fields(PASSES[name]):
-        choices = " | ".join(f.metadata["choices"])
-        help = f.metadata["help"] + (f" [{choices}]" if choices else "")
-        result.append((f.name.replace("_", "-"), f"{f.default}", help))
-    return result
-
-
 @click.command("list")
 @click.argument("table", type=click.Choice(list(TABLES)))
-def command(table: str) -> None:
+@click.option(
+    "--family", metavar="NAME", help="Only measures of these cells: quad, hexahedron.",
+    shell_complete=completion.of(completion.families),
+)  # fmt: skip
+def command(table: str, family: str | None) -> None:
     """List passes, measures, formats, rules or presets."""
-    shown = TABLES[table]()
+    if family is not None and table != "measures":
+        raise click.UsageError("--family goes with measures")
+    shown = TABLES[table]() if family is None else _measures(family)
     _print(shown)
     if table == "passes":
+        from ..passes import option_rows
+
         for row in shown:
             if options := option_rows(row[0]):
                 click.echo(f"\noptions of {row[0]} (--set {row[0]}.OPTION=VALUE):")

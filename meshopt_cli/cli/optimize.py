@@ -80,6 +80,10 @@ compressed; - stands for stdin or stdout, and then the report goes to stderr.
     help="Sine of the angle within which facets lie in one plane, and edges in one line.",
 )  # fmt: skip
 @click.option("--no-data", is_flag=True, help="Drop all arrays but tags.")
+@click.option(
+    "--write-quality", is_flag=True,
+    help="Put Q, type and region of the cells into OUTPUT, as arrays for ParaView.",
+)  # fmt: skip
 @verbosity_options(verbose="Say more: each run of each pass, and the worst Q by every measure.")
 def command(
     input: Path,

@@ -6,12 +6,13 @@ from pathlib import Path
 
 import click
 
-from ..errors import EXIT_DONE, MeshoptError
+from ..errors import EXIT_DONE, ConfigError, MeshoptError
 from ..report.outputs import NORMAL, OUTPUTS, output_of, write_reports
+from . import completion
 from .options import (
     INPUT,
     OUTPUT,
-    measure_option,
+    all_names_in,
     reading_options,
     region_option,
     verbosity_options,
@@ -20,21 +21,39 @@ from .options import (
 
 @click.command("report")
 @click.argument("meshes", nargs=-1, required=True, type=INPUT, metavar="MESH...")
-@measure_option
+@click.option(
+    "--measure",
+    "measures",
+    metavar="NAMES",
+    multiple=True,
+    callback=all_names_in,
+    help="What to measure, with commas: the first Q ranks the cells; `all`, or see `meshopt list "
+    "measures`.",
+    shell_complete=completion.of(completion.limits, many=True),
+)
 @region_option
 @click.option(
     "--format", "form", type=click.Choice(list(OUTPUTS)),
     help="What the report looks like: as the suffix of the file says, or a table.",
 )  # fmt: skip
 @click.option("-o", "--output", type=OUTPUT, metavar="FILE", help="Write to a file instead.")
+@click.option(
+    "--write-quality",
+    "marked",
+    type=OUTPUT,
+    metavar="FILE",
+    help="Write the mesh with its quality as arrays on the cells: Q, type, region, and all that "
+    "is measured.",
+)
 @reading_options
 @verbosity_options()
 def command(
     meshes: tuple[Path, ...],
-    measure: str | None,
+    measures: tuple[str, ...] | None,
     regions: tuple[str, ...],
     form: str | None,
     output: Path | None,
+    marked: Path | None,
     input_format: str | None,
     max_size: int | None,
     verbosity: int,
@@ -52,20 +71,22 @@ def command(
     from ..files.places import require_places
     from ..jobs.meshes import files_in
     from ..jobs.report import report_on
-    from ..quality.measures import DEFAULT_MEASURE, measure_named
+    from ..quality.statistics import measures_named
     from .output import print_reports
     from .terminal import compile_kernels, say
 
-    chosen = measure_named(measure or DEFAULT_MEASURE)
+    measures_named(names := measures or ())  # what is wrong is said before a mesh is read
     files = files_in(meshes)
-    require_places([] if output is None else [output], files)
+    if marked is not None and len(files) > 1:
+        raise ConfigError("--write-quality goes with one mesh")
+    require_places([place for place in (output, marked) if place is not None], files)
     compile_kernels(verbosity < 0)
     reports = []
     status = EXIT_DONE
     for path in files:
         try:
             reports.append(
-                report_on(path, chosen, row.all_measures, regions, input_format, max_size)
+                report_on(path, names, row.all_measures, regions, input_format, max_size, marked)
             )
         except MeshoptError as error:
             say(str(error))

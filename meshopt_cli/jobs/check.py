@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..cells import family_of
+from ..cores import n_cores
 from ..errors import EXIT_BAD_MESH, EXIT_DONE, EXIT_FILES, ConfigError, MeshoptError
 from ..files.places import require_places
 from ..mesh.model import Mesh, top_blocks
@@ -195,6 +196,4 @@ def _jobs(paths: list[Path]) -> int:
             continue
     if len(paths) < 2 or total < SMALL:
         return 1
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    return n_cores()

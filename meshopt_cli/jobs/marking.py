@@ -11,10 +11,11 @@ from ..formats import Source
 from ..mesh.adjacency import distinct
 from ..mesh.model import Array, Block, Mesh
 from ..mesh.plane import with_depth
+from ..mesh.tags import OWN
 from ..validity import Group, Report
 
 # Names of the arrays; each code has one of its own besides.
-CODE, CELL, POINT = "meshopt:code", "meshopt:cell", "meshopt:point"
+CODE, CELL, POINT = f"{OWN}code", f"{OWN}cell", f"{OWN}point"
 
 
 def write_marks(path: Path, source: Source, mesh: Mesh, report: Report) -> None:

@@ -20,7 +20,7 @@ from ..plans.improve import Worked, improve
 from ..plans.pipeline import Pipeline
 from ..plans.stages import Line
 from ..plans.stop import TANGLED
-from ..quality.measures import QUALITIES, Measure
+from ..quality.measures import OF_SIMPLICES, Measure
 from ..quality.summary import Summary, summarize
 from ..quality.target import forced_angles
 from ..transfer.carry import carry_on_cells, carry_on_points, tags_only
@@ -155,7 +155,7 @@ def optimize(
         The result is not what it must be: a bug, and nothing to be used.
     """
     start = time.perf_counter()
-    others = tuple(QUALITIES.values()) if with_all_measures else ()
+    others = tuple(OF_SIMPLICES.values()) if with_all_measures else ()
     prepared = prepare(mesh, pipeline, measure, policy, others, allowed)
     before, kept = prepared.before, None
     while True:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -22,8 +23,11 @@ from ..validity import meant
 from .admission import InvalidMeshError, require_simplices
 from .findings import verdict_on
 from .optimize import Result, optimize
+from .quality_arrays import with_quality, without_quality
 from .regions import with_asked_regions
 from .report import report_of
+
+log = logging.getLogger("meshopt")
 
 
 class InvalidFileError(BadMeshError):
@@ -58,6 +62,8 @@ class FileTask:
         Arrays that make regions; all tags where there are none.
     no_data : bool
         Drop all arrays but tags.
+    write_quality : bool
+        Put the arrays of `quality_arrays` on the cells of the output.
     all_measures : bool
         Tell the worst Q by every measure, and the angles that the boundary forces; so do
         pipelines that are for them.
@@ -74,6 +80,7 @@ class FileTask:
     binary: bool | None = None
     regions: tuple[str, ...] = ()
     no_data: bool = False
+    write_quality: bool = False
     all_measures: bool = False
 
 
@@ -115,6 +122,13 @@ def optimize_file(
     require_writable(task.output)
     clock = [time.perf_counter()]
     mesh, source = formats.read(task.input, task.input_format, task.max_size)
+    mesh, stale = without_quality(mesh)
+    if stale and not task.write_quality:
+        source = replace(source, lost=(*source.lost, *(f"the array {name}" for name in stale)))
+        log.warning(
+            "%s: %s told of the mesh as it was: dropped; --write-quality makes it anew",
+            task.input, ", ".join(stale),
+        )  # fmt: skip
     try:
         with naming(task.input):
             require_simplices(mesh)
@@ -140,7 +154,8 @@ def optimize_file(
         raise InvalidFileError(str(error), verdict) from error
     clock.append(time.perf_counter())
     is_bad = task.fail_above is not None and result.after.worst > task.fail_above
-    written = None if is_bad else formats.write(task.output, result.mesh, encoding)
+    worked = with_quality(result.mesh, plan.measure) if task.write_quality else result.mesh
+    written = None if is_bad else formats.write(task.output, worked, encoding)
     clock.append(time.perf_counter())
     times = (b - a for a, b in pairwise(clock))
     seconds = dict(zip(("read", "optimize", "write"), times, strict=True))

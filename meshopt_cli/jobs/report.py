@@ -10,13 +10,15 @@ from ..errors import BadMeshError, naming
 from ..formats import Source, Written
 from ..mesh.tags import regions_in
 from ..plans.stages import Line
-from ..quality.measures import QUALITIES, Measure
-from ..quality.partial import measurable
-from ..quality.summary import summarize
+from ..quality.families import summarize_mesh
+from ..quality.measurable import measurable
+from ..quality.measures import DEFAULT_MEASURE, MEASURES, OF_SIMPLICES
+from ..quality.statistics import measures_named, statistics, table_measure
 from ..report.model import FileFacts, PassFacts, Report
 from ..validity import check
 from .admission import require_range
 from .optimize import Result
+from .quality_arrays import with_quality
 from .regions import with_asked_regions
 
 log = logging.getLogger("meshopt")
@@ -27,16 +29,20 @@ READABLE = ("M00",)
 
 def report_on(
     path: Path,
-    measure: Measure,
+    names: tuple[str, ...] = (),
     all_measures: bool = False,
     regions: tuple[str, ...] = (),
     input_format: str | None = None,
     max_size: int | None = None,
+    marked: Path | None = None,
 ) -> Report:
     """The figures of the mesh in a file; what they leave out is logged as a warning.
 
     Parameters
     ----------
+    names : tuple of str
+        Measures, what is told of all cells by each; the first that is a Q ranks them in Table
+        18.3. See `statistics.measures_named`.
     all_measures : bool
         Whether the worst Q by every measure is wanted.
     regions : tuple of str
@@ -44,16 +50,19 @@ def report_on(
 
     input_format, max_size : optional
         See `formats.read`.
+    marked : Path, optional
+        Where the mesh goes with its quality on the cells.
 
     Raises
     ------
     ConfigError
-        The mesh has no such array.
-    ReadError
-        The file cannot be read.
+        The mesh has no such array, or there is no such measure.
+    ReadError, WriteError
+        A file cannot be read, or written.
     BadMeshError, UnsupportedMeshError
-        There are no simplices in it to measure.
+        There are no cells in it to measure, or none that has the measure.
     """
+    encoding = None if marked is None else formats.encoding_for(marked)
     mesh, source = formats.read(path, input_format, max_size)
     with naming(path):
         if not check(mesh, READABLE).is_valid:
@@ -61,12 +70,24 @@ def report_on(
         require_range(mesh)
         mesh = with_asked_regions(path, mesh, regions)
         part = measurable(mesh)
-        others = tuple(QUALITIES.values()) if all_measures else ()
-        summary = summarize(part.simplices, measure, others)
+        others = tuple(OF_SIMPLICES.values()) if all_measures else ()
+        measures = measures_named(names)
+        measure = table_measure(measures, MEASURES[DEFAULT_MEASURE])
+        summary = summarize_mesh(mesh, part, measure, others)
+        found = statistics(part, measures)
         made = regions_in(mesh)
+        if encoding is not None:
+            mesh = with_quality(mesh, measure, [m for m in measures if m is not measure])
+    if marked is not None and encoding is not None:
+        formats.write(marked, mesh, encoding)
+    idle = {m.name for m in measures if not m.ways.keys() & part.cells.keys()}
+    if asked := [name for name in names if name in idle]:
+        log.warning("%s: no cell has the measure %s", path, ", ".join(asked))
     for note in part.notes:
         log.warning("%s: %s", path, note)
-    return Report(__version__, facts_of(source), summary, regions=made, lost=source.lost)
+    return Report(
+        __version__, facts_of(source), summary, regions=made, statistics=found, lost=source.lost
+    )
 
 
 def report_of(

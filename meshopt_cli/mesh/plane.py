@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from ..cells import FAMILIES
 from . import adjacency
+from .facets import CellSet
 from .model import Array
 from .sizes import area_vectors
 
@@ -52,6 +55,15 @@ class Frame:
         if self.axes[2, axis] > 0:
             return self
         return Frame(self.origin, self.axes * np.array([[1.0], [-1.0], [-1.0]]))
+
+
+class InPlane(NamedTuple):
+    """Points in the plane of a planar mesh: coordinates (np, 2), their noise (np,), and the axis
+    that the plane is normal to, seen from where it points to; -1 for an inclined plane."""
+
+    points: Array
+    noise: Array
+    normal: int
 
 
 def with_depth(points: Array) -> Array:
@@ -125,3 +137,28 @@ def plane_of(points: Array, triangles: Array, precision: float) -> Frame | None:
     u = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     u /= np.linalg.norm(u)
     return Frame(origin, np.stack([u, np.cross(normal, u), normal]))
+
+
+def in_plane(
+    points: Array, noise: Array, cell_sets: list[CellSet], precision: float
+) -> InPlane | None:
+    """The points in the plane of some faces, one at least; None if they do not lie in one.
+
+    Parameters
+    ----------
+    points : (np, 3) float64
+    noise : (np,) float64
+        Error of the coordinates.
+    precision : float
+        See `precision_of`.
+    """
+    halves = [g.cells[:, FAMILIES[g.family].partitions[0]].reshape(-1, 3) for g in cell_sets]
+    frame = plane_of(points, np.concatenate(halves), precision)
+    if frame is None:
+        return None
+    frame = frame.upright()
+    flat = frame.flatten(points)[:, :2]
+    if not frame.is_exact:
+        # How far the plane is from the origin does not matter.
+        noise = 4 * precision * np.abs(flat).max(axis=1)
+    return InPlane(flat, noise, frame.normal_axis)

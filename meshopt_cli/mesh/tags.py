@@ -25,6 +25,8 @@ CORNER, REQUIRED, RIDGE = FLAGS = ("medit:corner", "medit:required", "medit:ridg
 # letters only, what VTK and ParaView call parts, the processes that have them, and ghosts.
 _PARTS = {"vtkghosttype", "vtkghostlevels", "vtkprocessid", "processid", "processids"}
 _PARTS |= {"partitionid", "partitionids", "vtkpartitionid", "vtkpartitionids"}
+# What this program says of cells begins so, and makes no regions of them.
+OWN = "meshopt:"
 # Vectors at some of the vertices.
 NORMAL, TANGENT = "medit:normal", "medit:tangent"
 # Any other array of whole numbers does so when it has few values.
@@ -97,7 +99,7 @@ def is_tag(name: str, arrays: list[Array]) -> bool:
 def _tells_nothing(name: str) -> bool:
     """Whether arrays of a name are no regions, whatever their values."""
     plain = re.sub("[^a-z]", "", name.lower())
-    return name in FLAGS or name == PARTITION or plain in _PARTS
+    return name in FLAGS or name == PARTITION or plain in _PARTS or name.startswith(OWN)
 
 
 def _n_values(arrays: list[Array]) -> int:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+
 from .base import Operator, Pass
 from .check import Check
 from .collapse import Collapse
@@ -19,6 +21,17 @@ PASSES: dict[str, type[Pass]] = {
     p.name: p for p in (Check, Repair, Untangle, Smooth, Swap, Collapse, Relax, Odt, Split, Mend)
 }
 
+
+def option_rows(name: str) -> list[tuple[str, str, str]]:
+    """The options of a pass: name, default, help."""
+    rows = []
+    for f in fields(PASSES[name]):
+        choices = " | ".join(f.metadata["choices"])
+        help = f.metadata["help"] + (f" [{choices}]" if choices else "")
+        rows.append((f.name.replace("_", "-"), f"{f.default}", help))
+    return rows
+
+
 __all__ = [
     "PASSES",
     "SILENT",
@@ -30,4 +43,5 @@ __all__ = [
     "Pass",
     "Silent",
     "Tally",
+    "option_rows",
 ]

@@ -12,6 +12,7 @@ from ..kernels.operators.collapse import Collapsing, sweep_collapse
 from ..kernels.operators.relax import sweep_relax
 from ..kernels.operators.swap import Swapping
 from ..kernels.shape.angles import angle_sums
+from ..mesh import degrees
 from ..work.session import Workspace
 from .base import Operator, option
 from .run import Run
@@ -21,21 +22,12 @@ Array = np.ndarray
 
 
 def target_degrees(work: Workspace) -> Array:
-    """The degree each vertex should have, (np,) float64: 6 in a plane ball, 12 in a full one.
-
-    On the boundary it follows from the angle the cells fill: a ball takes 6 triangles or 20
-    tets, and the edges around a vertex are by Euler's relation one more than those triangles,
-    and 1 + (tets + surface triangles) / 2.
-    """
+    """The degree each vertex should have, (np,) float64: see `degrees.target_degrees`."""
     angle = np.zeros(len(work.mesh.points))
     angle_sums(work.mesh.points, work.corners(work.living()), angle)
     # An interface ends nothing: there are cells all around its vertices.
     rim = work.facets_at(outer=True)
-    if work.dimension == 2:
-        n_cells = np.maximum(np.round(6.0 * angle / (2.0 * np.pi)), 1.0)
-        return np.where(rim > 0, n_cells + 1.0, 6.0)
-    n_cells = np.maximum(20.0 * angle / (4.0 * np.pi), 1.0)
-    return np.where(rim > 0, np.round(1.0 + 0.5 * (n_cells + rim)), 12.0)
+    return degrees.target_degrees(work.dimension, angle, rim, degrees.FULL[work.dimension])
 
 
 @dataclass(frozen=True)

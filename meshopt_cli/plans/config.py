@@ -107,7 +107,7 @@ def _plan(values: dict[str, Any], request: Request, dimension: int) -> Plan:
             values[key] = value
     measure = measure_named(values.get("measure", DEFAULT_MEASURE))
     if not measure.drives:
-        raise ConfigError(f"measure {measure.name} cannot steer: it calls some flat cells good")
+        raise ConfigError(f"measure {measure.name} is for reports and gates: it cannot steer")
     preset = preset_named(request.preset or values.get("preset", DEFAULT_PRESET))
     for key in NUMBERS:
         if key in values:

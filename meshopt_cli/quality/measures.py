@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +18,7 @@ from ..cells import FAMILIES, SIMPLICES
 from ..errors import chosen
 from ..mesh.model import Array
 from ..mesh.sizes import chunks, unfolded
-from . import formulas
+from . import formulas, quads
 
 if TYPE_CHECKING:
     from ..kernels.types import Judge
@@ -25,8 +26,8 @@ if TYPE_CHECKING:
 LESS, MORE = "less", "more"
 
 # Units, and the power of a length that each is; None for that of the dimension of the cells.
-NUMBER, DEGREES, LENGTH, CONTENT = "1", "deg", "length", "length^d"
-POWERS = {NUMBER: 0, DEGREES: 0, LENGTH: 1, CONTENT: None}
+NUMBER, DEGREES, STERADIANS, LENGTH, CONTENT = "1", "deg", "sr", "length", "length^d"
+POWERS = {NUMBER: 0, DEGREES: 0, STERADIANS: 0, LENGTH: 1, CONTENT: None}
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,8 @@ class Way:
     kernel : str
         The name that its code has in `kernels.shape.simplex`, where it is compiled; it then gives
         1/Q (Remark 18.3), negative for an inverted cell.
+    by : str
+        For cells that are no simplices: a key of `parts.WAYS`, which says what of them is measured.
     function : function of points, cells and family, optional
         See `formulas`, where it is not.
     at_once : bool
@@ -48,6 +51,7 @@ class Way:
 
     source: str
     kernel: str = ""
+    by: str = ""
     function: Callable[[Array, Array, str], Array] | None = None
     at_once: bool = False
 
@@ -92,6 +96,11 @@ class Measure:
         """Whether a kernel finds it for some family."""
         return any(way.kernel for way in self.ways.values())
 
+    def is_direct(self, family: str) -> bool:
+        """Whether a kernel finds it for the cells of a family as they are."""
+        way = self.ways.get(family)
+        return way is not None and bool(way.kernel) and not way.by
+
     @property
     def judge(self) -> Judge:
         """What the kernels judge by, where it alone counts; only if it is compiled."""
@@ -118,27 +127,48 @@ class Measure:
             A key of `ways`. Triangles are each measured in a plane of their own.
         """
         way = self.ways[family]
+        if way.by:
+            from . import parts
+
+            worst = partial(parts.WAYS[way.by], self.judge)
+            return as_degradation(_in_chunks(worst, points, cells, family))
         if way.function is None:
             if FAMILIES[family].dimension == 2:
                 points, cells = unfolded(points, cells)
             return as_degradation(np.abs(cell_quality(points, cells, self)))
         if way.at_once:
             return way.function(points, cells, family)
-        parts = [way.function(points, cells[rows], family) for rows in chunks(len(cells))]
-        return np.concatenate([np.empty(0), *parts])
+        return _in_chunks(way.function, points, cells, family)
+
+
+def _in_chunks(
+    function: Callable[[Array, Array, str], Array], points: Array, cells: Array, family: str
+) -> Array:
+    found = [function(points, cells[rows], family) for rows in chunks(len(cells))]
+    return np.concatenate([np.empty(0), *found])
 
 
 _FACES = tuple(name for name, row in FAMILIES.items() if row.dimension == 2)
 _SOLIDS = tuple(name for name, row in FAMILIES.items() if row.dimension == 3)
 _SIMPLICES = SIMPLICES[2:]
+_OTHERS = tuple(name for name in _FACES + _SOLIDS if name not in _SIMPLICES)
+_WITH_QUADS = (
+    "quad",
+    *(name for name in _OTHERS if any(table.shape[1] == 4 for table in FAMILIES[name].facets)),
+)
 
 
 def _quality(
-    name: str, kernel: str, sources: tuple[str, str], formula: str, drives: bool = True
+    name: str,
+    kernel: str,
+    sources: tuple[str, str],
+    formula: str,
+    drives: bool = True,
+    others: dict[str, Way] | None = None,
 ) -> Measure:
     """A Q of triangles and tetrahedra that the kernels know, with its source for each."""
     ways = {family: Way(source, kernel) for family, source in zip(_SIMPLICES, sources, strict=True)}
-    return Measure(name, ways, formula, NUMBER, LESS, 1.0, drives)
+    return Measure(name, ways | (others or {}), formula, NUMBER, LESS, 1.0, drives)
 
 
 def _alike(
@@ -148,14 +178,26 @@ def _alike(
     return {family: Way(source, function=function) for family in families}
 
 
+def _by(part: str, families: Iterable[str], kernel: str, source: str = "18.2.4") -> dict[str, Way]:
+    """The worst of some parts of cells that are no simplices."""
+    return {family: Way(source, kernel, part) for family in families}
+
+
 MEASURES: dict[str, Measure] = {
     m.name: m
     for m in (
-        _quality("aspect-ratio", "ASPECT_RATIO", ("18.6", "18.7"), "h_max S / V"),
-        _quality("volume-length", "VOLUME_LENGTH", ("18.8", "18.9"), "h_s^3 / V"),
-        _quality("radius-ratio", "RADIUS_RATIO", ("18.2.2", "18.2.2"), "r / rho"),
-        _quality("mean-edge", "MEAN_EDGE", ("18.2.2", "18.2.2"), "h_mean^3 / V"),
-        _quality("volume-area", "VOLUME_AREA", ("18.2.2", "18.2.2"), "(sum S_i^2)^3 / V^4"),
+        _quality("aspect-ratio", "ASPECT_RATIO", ("18.6", "18.7"),
+                 "h_max / rho = h_max S / V; quads h_max h_s / S_min; else by the corners",
+                 others=_alike(["quad"], "18.10", quads.aspect)
+                 | _by("corners", _OTHERS[1:], "ASPECT_RATIO")),
+        _quality("volume-length", "VOLUME_LENGTH", ("18.8", "18.9"), "h_s^3 / V",
+                 others=_by("corners", _OTHERS, "VOLUME_LENGTH")),
+        _quality("radius-ratio", "RADIUS_RATIO", ("18.2.2", "18.2.2"), "r / rho",
+                 others=_by("corners", _OTHERS, "RADIUS_RATIO")),
+        _quality("mean-edge", "MEAN_EDGE", ("18.2.2", "18.2.2"), "h_mean^3 / V",
+                 others=_by("corners", _OTHERS, "MEAN_EDGE")),
+        _quality("volume-area", "VOLUME_AREA", ("18.2.2", "18.2.2"), "(sum S_i^2)^3 / V^4",
+                 others=_by("corners", _OTHERS, "VOLUME_AREA")),
         _quality("angle-min", "ANGLE_MIN", ("Exercise 18.3", "Definition 18.1"),
                  "regular angle / least angle"),
         _quality("angle-max", "ANGLE_MAX", ("Exercise 18.3", "Definition 18.1"),
@@ -163,11 +205,35 @@ MEASURES: dict[str, Measure] = {
         _quality("solid-angle-min", "SOLID_ANGLE_MIN", ("Exercise 18.3", "Definition 18.2"),
                  "regular solid angle / least solid angle"),
         _quality("radius-edge", "RADIUS_EDGE", ("18.2.2", "18.2.2"), "r / h_min", drives=False),
-        _quality("edge-ratio", "EDGE_RATIO", ("18.2.2", "18.2.2"), "h_max / h_min", drives=False),
+        _quality("edge-ratio", "EDGE_RATIO", ("18.2.2", "18.2.2"), "h_max / h_min", drives=False,
+                 others=_alike(_OTHERS, "18.2.2", formulas.edge_ratio)),
+        Measure("worst-simplex", _alike(["quad"], "Remark 18.5", quads.worst_triangle)
+                | _by("parts", _OTHERS[1:], "ASPECT_RATIO"),
+                "worst simplex of all partitions, and worst face", NUMBER, LESS, 1.0),
+        Measure("face-aspect", _by("faces", _SOLIDS, "ASPECT_RATIO"),
+                "Q of the worst face", NUMBER, LESS, 1.0),
+        Measure("robinson-aspect", _alike(["quad"], "Robinson 1987", quads.robinson_aspect),
+                "max(e2 / f3, f3 / e2)", NUMBER, LESS, 1.0),
+        Measure("robinson-skew", _alike(["quad"], "Robinson 1987", quads.robinson_skew),
+                "e3 / f3", NUMBER, LESS, 0.0),
+        Measure("robinson-taper-x", _alike(["quad"], "Robinson 1987", quads.robinson_taper_x),
+                "f4 / f3", NUMBER, LESS, 0.0),
+        Measure("robinson-taper-y", _alike(["quad"], "Robinson 1987", quads.robinson_taper_y),
+                "e4 / e2", NUMBER, LESS, 0.0),
+        Measure("smoothness", _alike(_WITH_QUADS, "18.11", quads.smoothness),
+                "least (1 + n . n') / 2 over diagonals of quads", NUMBER, MORE, 1.0),
+        Measure("torsion", _alike(_WITH_QUADS, "18.2.4", quads.torsion),
+                "greatest fold of a quad along a diagonal", DEGREES, LESS, 0.0),
+        Measure("radius-diameter", _alike(_SIMPLICES, "18.2.2", formulas.radius_diameter),
+                "r / h_max", NUMBER, LESS),
+        Measure("edge-share", _alike(_FACES + _SOLIDS, "18.2.2", formulas.edge_share),
+                "h_min / h_max", NUMBER, MORE, 1.0),
         Measure("dihedral-min", _alike(_SOLIDS, "Definition 18.1", formulas.dihedral_min),
                 "least angle between two facets", DEGREES, MORE),
         Measure("dihedral-max", _alike(_SOLIDS, "Definition 18.1", formulas.dihedral_max),
                 "greatest angle between two facets", DEGREES, LESS),
+        Measure("solid-min", _alike(_SOLIDS, "Definition 18.2", formulas.solid_min),
+                "least solid angle at a vertex", STERADIANS, MORE),
         Measure("corner-min", _alike(_FACES, "Exercise 18.3", formulas.corner_min),
                 "least angle of a face in the plane", DEGREES, MORE),
         Measure("corner-max", _alike(_FACES, "Exercise 18.3", formulas.corner_max),
@@ -178,13 +244,19 @@ MEASURES: dict[str, Measure] = {
                 "longest edge", LENGTH, LESS),
         Measure("height-min", _alike(_SIMPLICES, "", formulas.height_min),
                 "least height over a facet", LENGTH, MORE),
-        Measure("content", _alike(_FACES, "18.1", formulas.content)
-                | _alike(_SOLIDS, "18.3", formulas.content), "volume, or area", CONTENT, MORE),
+        Measure("content", _alike(_FACES, "18.1, 18.2", formulas.content)
+                | _alike(_SOLIDS, "18.3, 18.4", formulas.content), "volume, or area", CONTENT,
+                MORE),
     )
 }  # fmt: skip
 
 # Those that are a Q, which reports and optimizations go by.
 QUALITIES: dict[str, Measure] = {name: m for name, m in MEASURES.items() if m.is_quality}
+
+# Those that kernels find for triangles and tetrahedra.
+OF_SIMPLICES: dict[str, Measure] = {
+    name: m for name, m in QUALITIES.items() if all(m.is_direct(family) for family in _SIMPLICES)
+}
 
 DEFAULT_MEASURE = "aspect-ratio"
 

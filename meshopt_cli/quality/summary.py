@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from ..cells import SIMPLICES
 from ..kernels.shape.angles import angle_range
-from ..kernels.shape.classify import TYPES, count_types
+from ..kernels.shape.classify import TYPES, classify_cells
 from ..mesh import adjacency
 from ..mesh.cast import Simplices
 from ..mesh.model import Array
 from ..mesh.sizes import unfolded
+from .census import Census, census
 from .measures import MEASURES, Measure, as_degradation, cell_quality
 from .room import Room, room
 from .target import target
@@ -32,6 +34,7 @@ class Summary:
 
     measure: str
     dimension: int
+    family: str  # of the cells; empty where there are several
     n_cells: int
     n_points: int
     counts: tuple[int, ...]  # cells in each rank
@@ -39,18 +42,22 @@ class Summary:
     worst: float
     mean: float
     best: float
-    target: float
+    target: float  # not a number where none is defined
     angle_min: float  # degrees; dihedral angles in 3-D
     angle_max: float
     types: dict[str, int] = field(default_factory=dict)  # cells of each type (18.2.3)
     worst_by_measure: dict[str, float] = field(default_factory=dict)
     forced: tuple[float, float] | None = None  # see `forced_angles`; None where not asked for
-    room: Room | None = None  # None for triangles
+    room: Room | None = None  # of tetrahedra
+    census: Census | None = None  # of the whole mesh
+    parts: tuple[Summary, ...] = ()  # one a family, where there are several
 
     @property
     def equation(self) -> str:
-        """Where the chapter defines the measure in this dimension."""
-        return MEASURES[self.measure].ways[SIMPLICES[self.dimension]].source
+        """Where the chapter defines the measure for these cells."""
+        families = [part.family for part in self.parts] or [self.family]
+        ways = MEASURES[self.measure].ways
+        return ", ".join(dict.fromkeys(ways[family].source for family in families))
 
     @property
     def percent(self) -> tuple[float, ...]:
@@ -70,37 +77,33 @@ def summarize(
     others: tuple[Measure, ...] = (),
     best_target: float | None = None,
 ) -> Summary:
-    """All figures of a mesh.
+    """All figures of a mesh of triangles or tetrahedra.
 
     Parameters
     ----------
+    measure : Measure
+        One that kernels find for such cells.
     simplices : Simplices
         Triangles that lie in no common plane (`frame` is None) are each measured in their own,
         where none is inverted.
     others : tuple of Measure
-        Measures whose worst Q is wanted as well.
+        Such measures whose worst Q is wanted as well.
     best_target : float, optional
         The target, when it is known already: it belongs to the boundary, which stays.
     """
     points, cells = simplices.points, simplices.cells
-    n_points = int(np.count_nonzero(adjacency.is_used(cells, len(points))))
+    n_points = count_vertices(cells, len(points))
     if simplices.dimension == 2 and simplices.frame is None:
         points, cells = unfolded(points, cells)
-
+    family = SIMPLICES[simplices.dimension]
     q = cell_quality(points, cells, measure)
-    degradation = as_degradation(q)
-    valid = degradation[np.isfinite(degradation)]
     least, greatest = angle_range(points, cells)
     return Summary(
         measure=measure.name,
         dimension=simplices.dimension,
-        n_cells=len(cells),
+        family=family,
         n_points=n_points,
-        counts=histogram(degradation),
-        n_invalid=len(cells) - len(valid),
-        worst=float(degradation.max(initial=1.0)),
-        mean=float(valid.mean()) if len(valid) else math.inf,
-        best=float(degradation.min(initial=math.inf)),
+        **figures(as_degradation(q)),
         target=target(simplices, measure) if best_target is None else best_target,
         angle_min=math.degrees(least),
         angle_max=math.degrees(greatest),
@@ -108,14 +111,39 @@ def summarize(
             m.name: float(as_degradation(cell_quality(points, cells, m)).max(initial=1.0))
             for m in others
         },
-        types=_types(points, cells),
+        types=types_of(points, cells),
         room=room(simplices, measure, q),
+        census=census(simplices),
     )
 
 
-def _types(points: Array, cells: Array) -> dict[str, int]:
-    """How many cells there are of each type, by its name."""
+def figures(degradation: Array) -> dict[str, Any]:
+    """What a summary tells of the Q of its cells, (n,): infinite where they have none."""
+    valid = degradation[np.isfinite(degradation)]
+    return {
+        "n_cells": len(degradation),
+        "counts": histogram(degradation),
+        "n_invalid": len(degradation) - len(valid),
+        "worst": float(degradation.max(initial=1.0)),
+        "mean": float(valid.mean()) if len(valid) else math.inf,
+        "best": float(degradation.min(initial=math.inf)),
+    }
+
+
+def count_vertices(cells: Array, n_points: int) -> int:
+    """Number of vertices of some cells."""
+    return int(np.count_nonzero(adjacency.is_used(cells, n_points)))
+
+
+def types_of(points: Array, cells: Array) -> dict[str, int]:
+    """How many triangles or tetrahedra there are of each type, by its name (18.2.3)."""
     types = TYPES[cells.shape[1] - 1]
-    counts = np.zeros(len(types), dtype=np.int64)
-    count_types(points, cells, counts)
+    counts = np.bincount(classified(points, cells), minlength=len(types))
     return {kind.name.lower(): int(counts[kind]) for kind in types}
+
+
+def classified(points: Array, cells: Array) -> Array:
+    """The type of each triangle or tetrahedron, (n,) int64, a number of those in `TYPES`."""
+    types = np.empty(len(cells), dtype=np.int64)
+    classify_cells(points, cells, types)
+    return types

@@ -6,8 +6,9 @@ import numpy as np
 
 from ..cells import FAMILIES
 from ..mesh.model import Array
+from ..mesh.quads import corner_areas
 from ..validity.examination import Examination
-from ..validity.geometry import corner_areas, corner_volumes
+from ..validity.geometry import corner_volumes
 
 
 def has_one_sign(study: Examination, cells: Array, family: str) -> Array:

@@ -6,18 +6,30 @@ import csv
 import io
 
 from ..errors import shown
+from ..quality.statistics import Statistic
 from .model import Report
 from .rows import HEADINGS, named_rows
 
 
 def to_csv(reports: list[Report]) -> str:
-    """A heading, then for each mesh: file, row, cells in each rank, and the other figures."""
+    """A heading, then for each mesh: file, row, cells in each rank, and the other figures.
+
+    Of measures that were asked for, three columns for each family of cells.
+    """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     angles = ["mean", "angle_min", "angle_max"]
-    writer.writerow(["file", "mesh", *HEADINGS, *angles])
+    asked = list(dict.fromkeys(_key(s) for report in reports for s in report.statistics))
+    more = [f"{' '.join(key)} {end}" for key in asked for end in ("least", "mean", "greatest")]
+    writer.writerow(["file", "mesh", *HEADINGS, *angles, *more])
     for report in reports:
+        found = {_key(s): [s.least, s.mean, s.greatest] for s in report.statistics}
+        values = [value for key in asked for value in found.get(key, [""] * 3)]
         for name, s in named_rows(report):
             figures = [s.target, s.worst, s.n_cells, s.n_points, s.mean, s.angle_min, s.angle_max]
-            writer.writerow([shown(report.input.path), name, *s.counts, *figures])
+            writer.writerow([shown(report.input.path), name, *s.counts, *figures, *values])
     return out.getvalue()
+
+
+def _key(statistic: Statistic) -> tuple[str, str]:
+    return statistic.measure, statistic.family

@@ -7,7 +7,9 @@ import math
 from dataclasses import asdict
 from typing import Any
 
+from ..quality.census import Census
 from ..quality.room import Room
+from ..quality.statistics import Statistic
 from ..quality.summary import RANKS, Summary
 from .model import FileFacts, Report
 
@@ -29,6 +31,28 @@ def _room(room: Room | None) -> dict[str, Any] | None:
         for p in room.places
     ]
     return {"held": room.held, "near": room.near, "most": most}
+
+
+def _census(census: Census | None) -> dict[str, Any] | None:
+    if census is None:
+        return None
+    degrees = {
+        "inner_vertices": census.inner_vertices,
+        "boundary_vertices": census.boundary_vertices,
+        "inner_edges": census.inner_edges,
+    }
+    return {
+        "constrained": {
+            "cells": census.constrained_cells,
+            "edges": census.constrained_edges,
+            "faces": census.constrained_faces,
+        },
+        "degrees": {name: asdict(found) for name, found in degrees.items()},
+        "simplices": census.n_simplices,
+        "obtuse": census.obtuse,
+        "self_centered": census.self_centered,
+        "quads": census.quads,
+    }
 
 
 def summary_dict(summary: Summary | None) -> dict[str, Any] | None:
@@ -53,7 +77,23 @@ def summary_dict(summary: Summary | None) -> dict[str, Any] | None:
         "angles_forced": None if summary.forced is None else list(summary.forced),
         "types": summary.types,
         "room": _room(summary.room),
+        "census": _census(summary.census),
         "measures": {n: _number(v) for n, v in summary.worst_by_measure.items()},
+        "families": {part.family: summary_dict(part) for part in summary.parts},
+    }
+
+
+def _statistic(statistic: Statistic) -> dict[str, Any]:
+    return {
+        "measure": statistic.measure,
+        "family": statistic.family,
+        "unit": statistic.unit,
+        "ideal": statistic.ideal,
+        "cells": statistic.n_cells,
+        "infinite": statistic.n_infinite,
+        "least": _number(statistic.least),
+        "mean": _number(statistic.mean),
+        "greatest": _number(statistic.greatest),
     }
 
 
@@ -70,6 +110,7 @@ def report_dict(report: Report) -> dict[str, Any]:
         "passes": [
             {**asdict(p), "worst": _number(p.worst), "mean": _number(p.mean)} for p in report.passes
         ],
+        "statistics": [_statistic(s) for s in report.statistics],
         "regions": {"count": report.regions.count, "arrays": list(report.regions.arrays)},
         "stopped": report.stopped or None,
         "seconds": report.seconds,

@@ -3,7 +3,16 @@
 from __future__ import annotations
 
 from .model import Report
-from .rows import HEADINGS, closing_lines, count_row, named_rows, pass_rows, percent_row
+from .rows import (
+    HEADINGS,
+    MEASURE_HEADINGS,
+    closing_lines,
+    count_row,
+    measure_rows,
+    named_rows,
+    pass_rows,
+    percent_row,
+)
 
 
 def _row(cells: list[str]) -> str:
@@ -19,6 +28,9 @@ def to_markdown(reports: list[Report]) -> str:
         for name, summary in named_rows(report):
             lines.append(_row([name, *percent_row(summary)]))
             lines.append(_row(["", *count_row(summary)]))
+        if report.statistics:
+            lines += ["", _row([*MEASURE_HEADINGS]), _row(["---"] * len(MEASURE_HEADINGS))]
+            lines += [_row(row) for row in measure_rows(report)]
         if report.passes:
             heads = ["pass", "runs", "tried", "applied", "refused", "s", "Q_T"]
             lines += ["", _row(heads), _row(["---"] * len(heads))]

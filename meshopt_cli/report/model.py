@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ..cells import FAMILIES, SIMPLICES
+from ..cells import FAMILIES
 from ..errors import shown
 from ..mesh.tags import Regions
+from ..quality.statistics import Statistic
 from ..quality.summary import Summary
 
 
@@ -48,14 +49,21 @@ class Report:
     seconds: dict[str, float] = field(default_factory=dict)
     regions: Regions = Regions((), 1)  # noqa: RUF009 (a frozen value)
     lost: tuple[str, ...] = ()  # what did not go over, on reading, working or writing
+    statistics: tuple[Statistic, ...] = ()  # of the measures that were asked for
 
     @property
     def title(self) -> str:
         """The line above the table: file, cells, vertices, measure."""
         summary = self.before
-        cells = FAMILIES[SIMPLICES[summary.dimension]].plural
         return (
-            f"{shown(Path(self.input.path).name)}: {summary.n_cells:,} {cells}, "
+            f"{shown(Path(self.input.path).name)}: {_cells_of(summary)}, "
             f"{summary.n_points:,} vertices, {summary.measure.replace('-', ' ')} "
             f"({summary.equation})"
         )
+
+
+def _cells_of(summary: Summary) -> str:
+    """How many cells a mesh has, and of which families."""
+    if not summary.parts:
+        return f"{summary.n_cells:,} {FAMILIES[summary.family].plural}"
+    return f"{summary.n_cells:,} cells ({', '.join(map(_cells_of, summary.parts))})"

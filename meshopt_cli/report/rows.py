@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
+from ..cells import FAMILIES, SIMPLICES
 from ..errors import shown
 from ..quality.room import Room
 from ..quality.summary import RANKS, Summary
 from .model import Report
+
+GOOD_TYPES = ("regular", "positive")
 
 HEADINGS = (
     *(f"> {low:g}" if math.isinf(high) else f"{low:g} - {high:g}" for low, high in pairwise(RANKS)),
@@ -20,7 +23,9 @@ HEADINGS = (
 
 
 def figure(value: float) -> str:
-    """Q in four digits: 1.87, 531.1, 2.56e+06."""
+    """Q in four digits: 1.87, 531.1, 2.56e+06; - for one that is not defined."""
+    if math.isnan(value):
+        return "-"
     if math.isinf(value):
         return "inf"
     if value >= 1e5:
@@ -45,10 +50,29 @@ def count_row(summary: Summary) -> list[str]:
 
 
 def named_rows(report: Report) -> list[tuple[str, Summary]]:
-    """The meshes of a report with the names of their rows."""
+    """The meshes of a report with the names of their rows: of several families each, then all."""
     if report.after is None:
-        return [("mesh", report.before)]
+        own = [(FAMILIES[part.family].plural, part) for part in report.before.parts]
+        return [*own, ("all" if own else "mesh", report.before)]
     return [("before", report.before), ("after", report.after)]
+
+
+MEASURE_HEADINGS = ("measure", "of", "least", "mean", "greatest", "ideal", "unit", "infinite")
+
+
+def measure_rows(report: Report) -> list[list[str]]:
+    """What the measures say that were asked for, a row a measure and family."""
+    return [
+        [s.measure, FAMILIES[s.family].plural, value(s.least), value(s.mean), value(s.greatest),
+         "" if s.ideal is None else f"{s.ideal:g}", "" if s.unit == "1" else s.unit,
+         f"{s.n_infinite:,}" if s.n_infinite else ""]
+        for s in report.statistics
+    ]  # fmt: skip
+
+
+def value(number: float) -> str:
+    """A value of a measure in four digits; - for one that is not defined."""
+    return "-" if math.isnan(number) else f"{number:.4g}"
 
 
 def pass_rows(report: Report, each_round: bool) -> list[list[str]]:
@@ -86,7 +110,7 @@ def closing_lines(report: Report) -> list[str]:
     angles = f"{kind} {after.angle_min:.1f} to {after.angle_max:.1f} degrees"
     if after.forced is not None and after.dimension == 3:
         angles += " (the boundary forces {:.1f} and {:.1f})".format(*after.forced)
-    room = [*_type_lines(report), *_room_lines(after.room)]
+    room = [*_type_lines(report), *_census_lines(report), *_room_lines(after.room)]
     by, several = report.regions.arrays, report.regions.count > 1
     regions = [f"{report.regions.count:,} regions, by {shown(' and '.join(by))}"] * several
     lost = ["lost: " + ", ".join(report.lost)] * bool(report.lost)
@@ -107,13 +131,55 @@ def closing_lines(report: Report) -> list[str]:
 
 def _type_lines(report: Report) -> list[str]:
     """The bad types that cells are of, of an optimization before and after."""
-    summaries = [summary for _, summary in named_rows(report)]
+    summaries = [report.before] if report.after is None else [report.before, report.after]
+    kinds = [s.types | (s.census.quads if s.census else {}) for s in summaries]
     bad = []
-    for name in summaries[0].types:
-        counts = [summary.types.get(name, 0) for summary in summaries]
-        if any(counts) and name != "regular":
-            bad.append(f"{name} {' -> '.join(f'{n:,}' for n in counts)}")
+    for name in dict.fromkeys(name for kind in kinds for name in kind):
+        counts = [kind.get(name, 0) for kind in kinds]
+        if any(counts) and name not in GOOD_TYPES:
+            bad.append(f"{name} {_course(counts)}")
     return ["types of cells: " + ", ".join(bad)] * bool(bad)
+
+
+def _course(counts: list[int]) -> str:
+    """A count, or what it was and what it is."""
+    return " -> ".join(f"{n:,}" for n in counts)
+
+
+def _census_lines(report: Report) -> list[str]:
+    """Obtuse cells, what the boundary constrains, and degrees beside their targets."""
+    summaries = [report.before] if report.after is None else [report.before, report.after]
+    found = [summary.census for summary in summaries if summary.census is not None]
+    if not found:
+        return []
+    lines = []
+    if found[-1].n_simplices:
+        kind = FAMILIES[SIMPLICES[summaries[-1].dimension]].plural
+        lines.append(
+            f"{kind} that are obtuse: {_course([c.obtuse for c in found])}, self-centered: "
+            f"{_course([c.self_centered for c in found])}, of {found[-1].n_simplices:,}"
+        )
+    constrained = [
+        f"{name} {_course(counts)}"
+        for name, counts in (
+            ("cells", [c.constrained_cells for c in found]),
+            ("inner edges", [c.constrained_edges for c in found]),
+            ("inner faces", [c.constrained_faces for c in found]),
+        )
+        if any(counts)
+    ]
+    if constrained:
+        lines.append("over-constrained by the boundary: " + ", ".join(constrained))
+    degrees = []
+    for name in ("inner_vertices", "boundary_vertices", "inner_edges"):
+        of = [getattr(census, name) for census in found]
+        off = [degree.under + degree.over for degree in of]
+        if any(off):
+            where = name.replace("_", " ")
+            degrees.append(f"{where} {_course(off)} of {of[-1].total:,}")
+    if degrees:
+        lines.append("degree off its target: " + ", ".join(degrees))
+    return lines
 
 
 def _room_lines(room: Room | None) -> list[str]:

@@ -10,11 +10,21 @@ from rich.text import Text
 
 from ..quality.summary import Summary
 from .model import Report
-from .rows import HEADINGS, closing_lines, count_row, named_rows, pass_rows, percent_row
+from .rows import (
+    HEADINGS,
+    MEASURE_HEADINGS,
+    closing_lines,
+    count_row,
+    measure_rows,
+    named_rows,
+    pass_rows,
+    percent_row,
+)
 
 BAR_WIDTH = 64
 BLOCKS = "\u2588\u2593\u2592\u2591"
 PLAIN_BLOCKS = "#=+-"
+NAMES = ("measure", "of", "unit")  # columns of words
 STYLES = ("green", "yellow", "dark_orange", "red")
 
 
@@ -42,6 +52,16 @@ def quality_table(report: Report) -> Table:
     return table
 
 
+def measures_table(report: Report) -> Table:
+    """A row a measure that was asked for, and family of cells."""
+    table = Table(box=None, pad_edge=False, padding=(0, 1))
+    for heading in MEASURE_HEADINGS:
+        table.add_column(heading, justify="left" if heading in NAMES else "right", no_wrap=True)
+    for row in measure_rows(report):
+        table.add_row(*row)
+    return table
+
+
 def passes_table(report: Report, each_round: bool) -> Table:
     """A row a pass."""
     table = Table(box=None, pad_edge=False, padding=(0, 1))
@@ -66,8 +86,12 @@ def render(report: Report, plain: bool = False, each_round: bool = False) -> Ren
         Show every run of every pass.
     """
     parts: list[RenderableType] = [Text(report.title, style="bold"), quality_table(report), ""]
-    for name, summary in named_rows(report):
-        parts.append(Text(f"{name:7}") + bar(summary, plain))
+    rows = named_rows(report)
+    width = max(len(name) for name, _ in rows) + 1
+    for name, summary in rows:
+        parts.append(Text(f"{name:{width}}") + bar(summary, plain))
+    if report.statistics:
+        parts += ["", measures_table(report)]
     if report.passes:
         parts += ["", passes_table(report, each_round)]
     parts += ["", *(Text(line) for line in closing_lines(report))]

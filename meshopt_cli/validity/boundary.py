@@ -8,11 +8,13 @@ import numpy as np
 
 from ..cells import FAMILIES, SIMPLICES
 from ..mesh.adjacency import distinct, distinct_rows, first_of, row_ids
+from ..mesh.facets import FacetSet
 from ..mesh.model import Array
+from ..mesh.quads import FLAT, corner_areas
 from ..mesh.sizes import contents, flux
 from . import geometry
 from .geometry import Pairs
-from .study import MANY, FacetSet, Study
+from .study import MANY, Study
 
 # Cells other than simplices, by the facets that bound them: how many of each width.
 VOIDS = {
@@ -173,7 +175,7 @@ def _is_void(study: Study, skin: Skin, sign: float) -> bool:
     """Whether facets are seen from inside what they enclose, and enclose more than nothing."""
     points = study.centred[skin.rows[skin.rows >= 0]]
     size = np.ptp(points, axis=0).max()
-    return sign * enclosed(study, skin) < -geometry.FLAT * size**study.dimension
+    return sign * enclosed(study, skin) < -FLAT * size**study.dimension
 
 
 def _missing_simplices(study: Study, skin: Skin, sign: float) -> list[Array]:
@@ -210,7 +212,7 @@ def _missing_simplices(study: Study, skin: Skin, sign: float) -> list[Array]:
     ahead = contents(points, corners, family) * sign * (1 if d == 3 else -1) > 0
     # A hanging node makes flat voids, which no cell could fill.
     found, corners = found[ahead], corners[ahead]
-    at_corners = geometry.corner_volumes if d == 3 else geometry.corner_areas
+    at_corners = geometry.corner_volumes if d == 3 else corner_areas
     flat = at_corners(points, study.noise, corners, family)[1][:, 0]
     found, corners = found[~flat], corners[~flat]
     ids = row_ids(np.sort(corners, axis=1), study.n_points) if len(corners) else corners[:, 0]

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from ..mesh.adjacency import first_of
+from ..mesh.facets import CellSet
 from ..mesh.model import Array
 from ..mesh.sizes import norms
 from . import geometry
-from .study import CellSet, Study, has_repeated
+from .study import Study, has_repeated
 
 
 def first_points(study: Study) -> Array:

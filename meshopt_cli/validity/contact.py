@@ -10,11 +10,12 @@ import numpy as np
 
 from ..cells import FAMILIES
 from ..mesh.adjacency import distinct, row_ids, same_direction
+from ..mesh.facets import FacetSet, facets_of
 from ..mesh.model import Array
 from ..mesh.sizes import norms
 from .boxes import around, bounding
 from .geometry import Pairs
-from .study import FacetSet, Study, facets_of
+from .study import Study
 
 QUAD = FAMILIES["quad"]
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..cells import dimension_of
 from ..mesh.adjacency import same_direction
+from ..mesh.facets import CellSet
 from ..mesh.model import Array, Mesh
 from ..mesh.tags import combinations, tags_of
 from ..quality.gates import NO_GATES, Gates
@@ -17,7 +18,7 @@ from .coincidence import first_points, merged, places_of
 from .lower import Lower, lower_of
 from .shape import Shape, shape_of
 from .sheets import Sheets, sheets_of
-from .study import CellSet, Study, has_repeated
+from .study import Study, has_repeated
 
 
 class Examination(Study):

@@ -10,11 +10,10 @@ import numpy as np
 
 from ..cells import FAMILIES
 from ..mesh.model import Array
+from ..mesh.quads import FLAT
 from ..mesh.sizes import area_vectors, chunks, edges_at_apex, norms, triple
 
 Pairs = tuple[Array, Array]
-
-FLAT = 1e-10  # least height of a cell, as a fraction of its longest edge
 
 
 def corner_volumes(points: Array, noise: Array, cells: Array, family: str) -> Pairs:
@@ -62,32 +61,6 @@ def _are_flat(points: Array, noise: Array, tets: Array) -> Array:
     least = FLAT * longest + noise[tets].max(axis=1, initial=0.0)
     # The height is volume / area, unless the tet is no more than a line.
     return (np.abs(volume) <= area * least) | (area <= longest * least)
-
-
-def corner_areas(points: Array, noise: Array, cells: Array, family: str) -> Pairs:
-    """Areas at the corners of triangles and quads in the plane, signed and twice as large (18.1.3).
-
-    Parameters
-    ----------
-    points : (np, 2) float64
-    noise : (np,) float64
-    cells : (n, k) int64
-    family : str
-        Of dimension 2; a quad has four corners (Figure 18.1), a triangle is one.
-
-    Returns
-    -------
-    area : (n, c) float64
-    flat : (n, c) bool
-        The height is nothing but rounding, or `FLAT` of the longest edge of the cell.
-    """
-    corners = points[cells]
-    apex, after, before = FAMILIES[family].corners.T
-    a, b = corners[:, after] - corners[:, apex], corners[:, before] - corners[:, apex]
-    area = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-    longest = norms(np.roll(corners, -1, axis=1) - corners).max(axis=1, initial=0.0)
-    height = FLAT * longest + noise[cells].max(axis=1, initial=0.0)
-    return area, np.abs(area) <= (longest * height)[:, None]
 
 
 def flat_in_space(points: Array, noise: Array, cells: Array) -> Array:

@@ -13,9 +13,10 @@ import numpy as np
 
 from ..cells import FAMILIES
 from ..mesh.adjacency import distinct
+from ..mesh.facets import CellSet
 from ..mesh.model import Array
 from .boundary import skin_of
-from .study import CellSet, Study
+from .study import Study
 
 Facet = tuple[int, ...]
 

@@ -13,10 +13,11 @@ import numpy as np
 
 from ..cells import FAMILIES
 from ..mesh.adjacency import first_of, row_ids
+from ..mesh.facets import CellSet, joined
 from ..mesh.model import Array
 from .boundary import components
 from .lost import closing_one_cell
-from .study import CellSet, Study, joined
+from .study import Study
 
 
 @dataclass(frozen=True)

@@ -14,13 +14,14 @@ import numpy as np
 
 from ..cells import FAMILIES, SIMPLICES
 from ..mesh.adjacency import distinct, same_direction
+from ..mesh.facets import CellSet, FacetSet
 from ..mesh.model import Array
 from ..mesh.sizes import chunks
 from .boxes import bounding, extents, grid_widths, near_any, overlapping
 from .contact import unmatched
 from .examination import Examination
 from .geometry import Pairs
-from .study import MANY, CellSet, FacetSet
+from .study import MANY
 
 FLAT_SIDED = {name for name, family in FAMILIES.items() if family.has_flat_facets}
 WARP = 1e-3  # parts of cells with warped faces may reach this part of their size into others

@@ -6,9 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..mesh.facets import CellSet
 from ..mesh.model import Array
+from ..mesh.quads import corner_areas, quad_cases, signs_of
 from . import geometry
-from .study import CellSet, Study
+from .study import Study
 
 
 @dataclass(frozen=True)
@@ -18,7 +20,7 @@ class Shape:
     inverted: Array
     partly: Array  # inverted at a corner, but positive on the whole
     flat: Array
-    quads: Array  # int64: 0, or 1 + the message of M104
+    quads: Array  # int64: cases of Figure 18.5, as if none ran clockwise; 0 for flat ones too
     turned: bool  # the whole mesh has the other orientation
     has_upside: bool = False  # in the plane: cells that are to be seen from one side of it
 
@@ -64,9 +66,7 @@ def _shape_of_solids(study: Study, shape: Shape) -> Shape:
 def _shape_in_plane(study: Study, shape: Shape) -> Shape:
     assert study.plane is not None
     points, noise, normal = study.plane
-    found = [
-        geometry.corner_areas(points, noise, group.cells, group.family) for group in study.cell_sets
-    ]
+    found = [corner_areas(points, noise, group.cells, group.family) for group in study.cell_sets]
     families = {group.family for group in study.cell_sets if len(group.cells)}
     # A plane of triangles may be seen from either side; a quad that runs clockwise in the
     # plane of x and y is negative by definition (Figure 18.5).
@@ -74,19 +74,11 @@ def _shape_in_plane(study: Study, shape: Shape) -> Shape:
     has_upside = normal == 2 and "quad" in families
     sign = -1 if below and not has_upside else 1
     for group, (area, flat) in zip(study.cell_sets, found, strict=True):
-        n_negative = ((sign * area < 0) & ~flat).sum(axis=1)
-        n_positive = ((sign * area > 0) & ~flat).sum(axis=1)
+        n_negative, n_positive = signs_of(sign * area, flat)
         shape.inverted[group.numbers] = n_negative > n_positive
         shape.flat[group.numbers] = flat.all(axis=1)
         if group.family == "quad":
-            shape.quads[group.numbers] = _quad_cases(n_negative, n_positive)
+            # One that runs clockwise is inverted: what else there is of it, a mirror would show.
+            seen = quad_cases(*np.sort([n_negative, n_positive], axis=0))
+            shape.quads[group.numbers] = np.where(flat.all(axis=1), 0, seen)
     return replace(shape, has_upside=has_upside)
-
-
-def _quad_cases(n_negative: Array, n_positive: Array) -> Array:
-    """0, or 1 + the message of M104, from the signs of the four areas (Figure 18.5)."""
-    least = np.minimum(n_negative, n_positive)
-    n_zero = 4 - n_negative - n_positive
-    crossed = (least == 2) | ((least == 1) & (n_zero == 2))
-    degenerate = (least == 0) & (n_zero > 0) & (n_zero < 4)
-    return np.select([crossed, least == 1, degenerate], [2, 1, 3], 0)

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
-from ..cells import FAMILIES, SIMPLICES, Family, dimension_of, family_of
+from ..cells import SIMPLICES, Family, dimension_of, family_of
 from ..mesh.adjacency import distinct, row_ids
+from ..mesh.facets import CellSet, FacetSet, facets_of, joined
 from ..mesh.model import Array, Block, Mesh, top_blocks
-from ..mesh.plane import plane_of, precision_of
+from ..mesh.plane import InPlane, in_plane, precision_of
 from ..mesh.sizes import contents
 
 TOUCH = 1e-7  # a vertex nearer to a facet than this fraction of its longest edge lies on it
@@ -22,56 +21,6 @@ def n_corners(block: Block) -> int:
     """How many vertices of its cells are corners; all of them in types not known."""
     family = family_of(block.type)
     return np.shape(block.cells)[-1] if family is None else family.n_corners
-
-
-@dataclass(frozen=True)
-class CellSet:
-    """Cells of one family by their corners: (n, k) int64, and their (n,) numbers in all."""
-
-    family: str
-    cells: Array
-    numbers: Array
-
-
-@dataclass(frozen=True)
-class FacetSet:
-    """Facets with the same count of vertices, sorted so that equal ones stand together.
-
-    Attributes
-    ----------
-    rows : (m, w) int64
-        Vertices, turned as their cells turn them.
-    owners : (m,) int64
-        Number of the cell of each.
-    order : (m,) int64
-        Rows in which equal facets follow each other, first cells first.
-    start, count : (r,) int64
-        Each run of equal facets is `order[start:start + count]`.
-    """
-
-    rows: Array
-    owners: Array
-    order: Array
-    start: Array
-    count: Array
-
-    def alone(self) -> Array:
-        """Rows of the facets that bound one cell only."""
-        return self.order[self.start[self.count == 1]]
-
-    def pairs(self) -> tuple[Array, Array]:
-        """Rows of the two facets, wherever exactly two cells meet."""
-        start = self.start[self.count == 2]
-        return self.order[start], self.order[start + 1]
-
-
-class InPlane(NamedTuple):
-    """Points in the plane of a planar mesh: coordinates (np, 2), their noise (np,), and the axis
-    that the plane is normal to, seen from where it points to; -1 for an inclined plane."""
-
-    points: Array
-    noise: Array
-    normal: int
 
 
 class Study:
@@ -213,16 +162,7 @@ class Study:
             return None
         if self.in_two:
             return InPlane(self.points[:, :2], self.noise, 2)
-        halves = [g.cells[:, FAMILIES[g.family].partitions[0]].reshape(-1, 3) for g in sets]
-        frame = plane_of(self.points, np.concatenate(halves), self.eps)
-        if frame is None:
-            return None
-        frame = frame.upright()
-        flat = frame.flatten(self.points)[:, :2]
-        if not frame.is_exact:
-            return InPlane(flat, self.noise, frame.normal_axis)
-        # How far the plane is from the origin does not matter.
-        return InPlane(flat, 4 * self.eps * np.abs(flat).max(axis=1), frame.normal_axis)
+        return in_plane(self.points, self.noise, sets, self.eps)
 
     @cached_property
     def may_branch(self) -> bool:
@@ -294,48 +234,6 @@ def duplicates_in(cell_sets: list[CellSet], n_points: int) -> tuple[Array, Array
     numbers = np.concatenate(later)
     order = np.argsort(numbers)
     return numbers[order], np.concatenate(earlier)[order]
-
-
-def facets_of(cell_sets: list[CellSet], n_points: int) -> list[FacetSet]:
-    """The facets of some cells, by their number of vertices."""
-    parts: dict[int, list[tuple[Array, Array]]] = {}
-    for group in cell_sets:
-        for table in FAMILIES[group.family].facets:
-            width = table.shape[1]
-            rows = np.take(group.cells, table, axis=1).reshape(-1, width)
-            parts.setdefault(width, []).append((rows, np.repeat(group.numbers, len(table))))
-    sets = []
-    for lists in parts.values():
-        rows, owners = joined(lists)
-        ids = row_ids(rows, n_points)
-        order, start = _equal_together(ids)
-        sets.append(FacetSet(rows, owners, order, start, np.diff(start, append=len(ids))))
-    return sets
-
-
-def _equal_together(ids: Array) -> tuple[Array, Array]:
-    """Rows in an order in which equal ids follow each other, first rows first, and their starts.
-
-    Most runs are pairs: to sort without regard to order and to put pairs right takes half the
-    time of a stable sort.
-    """
-    order = np.argsort(ids)
-    ids = ids[order]
-    start = np.flatnonzero(np.concatenate([[True], ids[1:] != ids[:-1]])[: len(ids)])
-    count = np.diff(start, append=len(ids))
-    pair = start[count == 2]
-    one, other = order[pair], order[pair + 1]
-    order[pair], order[pair + 1] = np.minimum(one, other), np.maximum(one, other)
-    for first, n in zip(start[count > 2].tolist(), count[count > 2].tolist(), strict=True):
-        order[first : first + n].sort()
-    return order, start
-
-
-def joined(parts: list[tuple[Array, Array]]) -> tuple[Array, Array]:
-    """Pairs of arrays, one after the other; the most common single pair is not copied."""
-    if len(parts) == 1:
-        return parts[0]
-    return np.concatenate([one for one, _ in parts]), np.concatenate([two for _, two in parts])
 
 
 def _in_doubt(cells: Array) -> Array:

@@ -10,7 +10,7 @@ import pytest
 
 from meshopt_cli import __version__, formats
 from meshopt_cli.passes import PASSES
-from meshopt_cli.quality.measures import DEFAULT_MEASURE, QUALITIES
+from meshopt_cli.quality.measures import DEFAULT_MEASURE, OF_SIMPLICES
 from meshopt_cli.report.rows import HEADINGS
 from support.files import strict, worst_of
 from support.processes import ESCAPE
@@ -89,7 +89,7 @@ def test_reports_in_files(meshopt, tets, tmp_path):
         assert read_report(path) == pytest.approx(worst_of(output), abs=0.006)
         assert ESCAPE not in path.read_text(encoding="utf-8")
     assert set(strict(paths[0].read_text())) == TOP_KEYS
-    assert set(strict(paths[0].read_text())["after"]["measures"]) == set(QUALITIES)
+    assert set(strict(paths[0].read_text())["after"]["measures"]) == set(OF_SIMPLICES)
 
 
 def test_a_time_limit_of_nothing_gives_the_mesh_back(meshopt, tets, tmp_path):

@@ -13,7 +13,7 @@ from meshopt_cli.jobs.optimize_file import FileTask, optimize_file
 from meshopt_cli.jobs.report import report_on
 from meshopt_cli.plans.config import Request, plan_for
 from meshopt_cli.plans.presets import PRESETS
-from meshopt_cli.quality.measures import DEFAULT_MEASURE, QUALITIES
+from meshopt_cli.quality.measures import OF_SIMPLICES
 from meshopt_cli.report.outputs import CHECK_OUTPUTS, NORMAL, OUTPUTS, SUFFIXES, output_of
 from meshopt_cli.report.verdict import Verdict
 from support.broken import BROKEN
@@ -39,7 +39,7 @@ def bad(tmp_path):
 
 def of(path, row):
     """The text of a report on a file, straight from the row."""
-    return row.text([report_on(path, QUALITIES[DEFAULT_MEASURE], row.all_measures)])
+    return row.text([report_on(path, all_measures=row.all_measures)])
 
 
 # Reports -------------------------------------------------------------------------------------
@@ -113,7 +113,7 @@ def test_a_form_that_tells_all_measures_is_given_them(meshopt, tets, tmp_path):
     meshopt("optimize", tets, tmp_path / "out.vtk", "--preset", "fast", "--report", path)
     value = json.loads(path.read_text())
     for state in ("before", "after"):
-        assert set(value[state]["measures"]) == set(QUALITIES)
+        assert set(value[state]["measures"]) == set(OF_SIMPLICES)
         assert value[state]["angles_forced"] is not None
 
 
@@ -188,7 +188,7 @@ def test_a_preset_is_measured_alike_wherever_it_is_named(tets, tmp_path, preset)
     for request in (named, filed):
         report = optimize_file(FileTask(tets, tmp_path / "out.vtk", request)).report
         told.append((report.before, report.after))
-        wanted = set(QUALITIES) if PRESETS[preset].all_measures else set()
+        wanted = set(OF_SIMPLICES) if PRESETS[preset].all_measures else set()
         assert set(report.after.worst_by_measure) == wanted
         assert (report.after.forced is not None) == PRESETS[preset].all_measures
     assert told[0] == told[1]

@@ -57,18 +57,17 @@ def test_a_mesh_that_is_of_no_use(meshopt, tmp_path, name):
     assert said in ran.complaint
 
 
-@pytest.mark.parametrize("name", ["quads", "lines", "points"])
-def test_a_mesh_without_simplices_has_no_report(meshopt, tmp_path, name):
-    path, status, said = bad_mesh(tmp_path, name)
+@pytest.mark.parametrize("name", ["lines", "points"])
+def test_a_mesh_without_faces_has_no_report(meshopt, tmp_path, name):
+    path, _, _ = bad_mesh(tmp_path, name)
     ran = meshopt("report", path)
-    assert (ran.status, ran.out) == (status, "")
+    assert (ran.status, ran.out) == (1, "")
     assert str(path) in ran.complaint
-    assert said in ran.complaint
+    assert f"{name} only: there is nothing to measure" in ran.complaint
 
 
 # What can be measured of a mesh that cannot be optimized: cells, vertices, what is said.
-MEASURED = {"both_orders": (2, 8, "corners"), "surface": (8, 6, "own plane"),
-            "hexes_and_tets": (1, 4, "1 cells of type hexahedron")}  # fmt: skip
+MEASURED = {"both_orders": (2, 8, "corners"), "surface": (8, 6, "own plane")}
 
 
 @pytest.mark.parametrize("name", MEASURED)

@@ -7,13 +7,13 @@ import pytest
 
 from meshopt_cli.kernels.shape.simplex import measure_cells
 from meshopt_cli.kernels.vectors import Vec
-from meshopt_cli.quality.measures import QUALITIES
+from meshopt_cli.quality.measures import OF_SIMPLICES
 from support import drivers
 from support.edits import shaken
 from support.invariants import workspace
 from support.meshes import fan, icosahedron, tet_grid, tri_grid
 
-JUDGES = {name: measure.judge for name, measure in QUALITIES.items()}
+JUDGES = {name: measure.judge for name, measure in OF_SIMPLICES.items()}
 # Of tets only: triangles have no dihedral angles.
 TET_JUDGES = {
     **JUDGES,

@@ -183,7 +183,7 @@ def test_degree_of_an_unused_point():
 
 @examples(50)
 @given(
-    width=st.sampled_from([2, 3]),
+    width=st.sampled_from([1, 2, 3, 4]),
     n_points=st.sampled_from([9, 2**20, MANY, 2**30]),
     data=st.data(),
 )

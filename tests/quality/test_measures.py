@@ -15,7 +15,7 @@ from meshopt_cli.errors import ConfigError
 from meshopt_cli.kernels.shape.angles import ANGLE_Q, angle_range, angle_sums
 from meshopt_cli.kernels.shape.simplex import ASPECT_RATIO, measure_cells
 from meshopt_cli.kernels.types import Judge
-from meshopt_cli.quality.measures import QUALITIES, as_degradation, cell_quality, measure_named
+from meshopt_cli.quality.measures import OF_SIMPLICES, as_degradation, cell_quality, measure_named
 from meshopt_cli.work.standing import standing_of
 from support.invariants import volumes, workspace
 from support.meshes import fan, icosahedron
@@ -30,8 +30,8 @@ SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
 
 coordinate = st.integers(-(2**20), 2**20).map(lambda k: k / 2**20)
 angle = st.floats(-math.pi, math.pi)
-measured = pytest.mark.parametrize("measure", QUALITIES.values(), ids=list(QUALITIES))
-DRIVING = [measure for measure in QUALITIES.values() if measure.drives]
+measured = pytest.mark.parametrize("measure", OF_SIMPLICES.values(), ids=list(OF_SIMPLICES))
+DRIVING = [measure for measure in OF_SIMPLICES.values() if measure.drives]
 driving = pytest.mark.parametrize("measure", DRIVING, ids=lambda measure: measure.name)
 in_both = pytest.mark.parametrize("dimension", [2, 3])
 
@@ -180,8 +180,8 @@ def test_degrades(measure, dimension):
 
 def test_names():
     """Every measure has its own name, code and equation; unknown ones are refused."""
-    assert len({m.judge.code for m in QUALITIES.values()}) == len(QUALITIES)
-    for name, measure in QUALITIES.items():
+    assert len({m.judge.code for m in OF_SIMPLICES.values()}) == len(OF_SIMPLICES)
+    for name, measure in OF_SIMPLICES.items():
         assert measure_named(name) is measure
         assert measure.name == name
         assert all(way.source for way in measure.ways.values())
@@ -234,12 +234,12 @@ def test_angle_sums(ball, full):
 
 BITS = """
 import numpy as np
-from meshopt_cli.quality.measures import QUALITIES, cell_quality
+from meshopt_cli.quality.measures import OF_SIMPLICES, cell_quality
 points = np.random.default_rng(18).uniform(-1, 1, (400, 3))
 flat = points * [1, 1, 0]
 points[::7, 2] *= 1e-14
 tets, triangles = np.arange(400).reshape(-1, 4), np.arange(399).reshape(-1, 3)
-for measure in QUALITIES.values():
+for measure in OF_SIMPLICES.values():
     print(measure.name, cell_quality(points, tets, measure).tobytes().hex())
     print(measure.name, cell_quality(flat, triangles, measure).tobytes().hex())
 """
@@ -249,6 +249,6 @@ def test_compiled_as_interpreted():
     """The machine code gives the bits that Python gives."""
     compiled = run_python(BITS).splitlines()
     interpreted = run_python(BITS, NUMBA_DISABLE_JIT="1").splitlines()
-    assert len(compiled) == 2 * len(QUALITIES)
+    assert len(compiled) == 2 * len(OF_SIMPLICES)
     for one, other in zip(compiled, interpreted, strict=True):
         assert one == other

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from meshopt_cli.mesh.cast import cast
-from meshopt_cli.quality.measures import QUALITIES, measure_named
+from meshopt_cli.quality.measures import OF_SIMPLICES, measure_named
 from meshopt_cli.quality.summary import RANKS, histogram, summarize
 from meshopt_cli.quality.target import forced_angles
 from meshopt_cli.report.json import to_json
@@ -50,15 +50,15 @@ def test_percentages_sum_to_a_hundred(counts):
 
 
 @pytest.mark.parametrize("grid", [tri_grid(3), tet_grid(2)], ids=["triangles", "tetrahedra"])
-@pytest.mark.parametrize("name", QUALITIES)
+@pytest.mark.parametrize("name", OF_SIMPLICES)
 def test_a_summary_agrees_with_itself(grid, name):
     simplices = cast(grid)
-    one = summarize(simplices, measure_named(name), tuple(QUALITIES.values()))
+    one = summarize(simplices, measure_named(name), tuple(OF_SIMPLICES.values()))
     assert sum(one.counts) == one.n_cells == len(simplices.cells)
     assert one.n_points == len(simplices.points)
     assert 1.0 - 1e-9 <= one.best <= one.mean * (1 + 1e-9) <= one.worst * (1 + 2e-9)
     assert one.worst_by_measure[name] == one.worst
-    assert set(one.worst_by_measure) == set(QUALITIES)
+    assert set(one.worst_by_measure) == set(OF_SIMPLICES)
     assert 1.0 - 1e-9 <= one.target <= one.worst * (1 + 1e-9)
     assert 0 < one.angle_min <= one.angle_max < 180
     assert one.n_invalid == 0
@@ -67,7 +67,7 @@ def test_a_summary_agrees_with_itself(grid, name):
 def test_flat_and_inverted_cells_are_counted_and_infinite():
     points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0.2, 0.2, 0], [0, 0, -1]]
     good, flat, inverted = [0, 1, 2, 3], [0, 1, 2, 4], [0, 1, 2, 5]
-    one = summarize(cast(mesh(points, tetra=[good, flat, inverted])), QUALITIES["aspect-ratio"])
+    one = summarize(cast(mesh(points, tetra=[good, flat, inverted])), OF_SIMPLICES["aspect-ratio"])
     assert one.n_invalid == 2
     assert one.worst == INFINITE
     assert one.counts[-1] == 2
@@ -103,5 +103,5 @@ def test_an_edge_has_one_tet_or_half_its_angle():
 def test_no_mesh_is_better_than_its_boundary_forces(name):
     source = sample(name)
     least, greatest = forced_angles(source)
-    one = summarize(source, QUALITIES["aspect-ratio"])
+    one = summarize(source, OF_SIMPLICES["aspect-ratio"])
     assert one.angle_min <= least <= greatest <= one.angle_max

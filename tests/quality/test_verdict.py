@@ -10,18 +10,10 @@ from hypothesis import strategies as st
 
 from meshopt_cli.cells import FAMILIES
 from meshopt_cli.errors import ConfigError
-from meshopt_cli.mesh.sizes import dihedral_angles
 from meshopt_cli.quality.verdict import VERDICT, mean_size, verdict_quality
 from meshopt_cli.quality.verdict.model import LESS, MORE, POWERS, SIZE
+from verdict import KINDS, by_vtk, compared, mesh_of, ours, quality_filter
 
-KINDS = {  # what VTK calls them, its number for them, and how many measures it has
-    "triangle": ("Triangle", 5, 15),
-    "quad": ("Quad", 9, 24),
-    "tetra": ("Tet", 10, 21),
-    "pyramid": ("Pyramid", 14, 5),
-    "wedge": ("Wedge", 13, 11),
-    "hexahedron": ("Hex", 12, 22),
-}
 SOLIDS = [key for key in VERDICT if FAMILIES[key[0]].dimension == 3]
 seeds = st.integers(0, 2**32 - 1)
 
@@ -40,45 +32,10 @@ def shaken(kind, seed, n=20, amount=0.15):
     return reference + by
 
 
-def mesh_of(x):
-    """Points and cells of cells that have no points in common."""
-    return x.reshape(-1, 3), np.arange(x.shape[0] * x.shape[1]).reshape(x.shape[:2])
-
-
-def ours(x, kind, name):
-    return verdict_quality(*mesh_of(x), kind, name)
-
-
 @pytest.fixture(scope="module")
 def vtk():
-    """A function that measures cells by VTK: infinite where that says 1e30."""
-    verdict = pytest.importorskip("vtkmodules.vtkFiltersVerdict")
-    core = pytest.importorskip("vtkmodules.vtkCommonCore")
-    data = pytest.importorskip("vtkmodules.vtkCommonDataModel")
-    arrays = pytest.importorskip("vtkmodules.util.numpy_support")
-
-    def grid(x, number):
-        coordinates, table = mesh_of(x)
-        points, cells, result = core.vtkPoints(), data.vtkCellArray(), data.vtkUnstructuredGrid()
-        points.SetData(arrays.numpy_to_vtk(np.ascontiguousarray(coordinates), deep=1))
-        starts = np.arange(0, table.size + 1, table.shape[1])
-        cells.SetData(*(arrays.numpy_to_vtkIdTypeArray(a, deep=1) for a in (starts, table.ravel())))
-        result.SetPoints(points)
-        result.SetCells(number, cells)
-        return result
-
-    def measure(x, kind, name):
-        word, number, _ = KINDS[kind]
-        filter_ = verdict.vtkMeshQuality()
-        filter_.SetInputData(grid(x, number))
-        getattr(filter_, f"Set{word}QualityMeasureTo{name.title().replace('-', '')}")()
-        filter_.Update()
-        found = filter_.GetOutput().GetCellData().GetArray("Quality")
-        values = arrays.vtk_to_numpy(found).copy()
-        return np.where(np.abs(values) >= 1e30, np.copysign(math.inf, values), values)
-
-    measure.filter = verdict.vtkMeshQuality
-    return measure
+    pytest.importorskip("vtkmodules.vtkFiltersVerdict")
+    return by_vtk
 
 
 # Rows ----------------------------------------------------------------------------------------
@@ -98,7 +55,7 @@ def test_a_row_says_all_there_is(kind, name):
 def test_all_measures_of_vtk_are_there(vtk):
     for kind, (word, _, count) in KINDS.items():
         start = f"Set{word}QualityMeasureTo"
-        theirs = {a.removeprefix(start) for a in dir(vtk.filter) if a.startswith(start)}
+        theirs = {a.removeprefix(start) for a in dir(quality_filter()) if a.startswith(start)}
         assert theirs == {name.title().replace("-", "") for k, name in VERDICT if k == kind}
         assert len(theirs) == count
 
@@ -123,57 +80,6 @@ def test_cells_of_higher_order_count_by_their_corners():
 
 
 # VTK -----------------------------------------------------------------------------------------
-
-
-def _lengths(x, pairs):
-    return [np.linalg.norm(x[:, a] - x[:, b], axis=1) for a, b in pairs]
-
-
-def _longest_is_among(x, first, rest):
-    return np.max(_lengths(x, first), axis=0) >= np.max(_lengths(x, rest), axis=0)
-
-
-def _two_longest_are_same(x):
-    """Whether edges 12 and 13, taken for each other, change nothing."""
-    d01, d02, d03, d12, d13 = _lengths(x, [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3)])
-    others = np.maximum(d12, d13)
-    return (others <= np.maximum(d01, d02)) & (others <= np.maximum(d01, d03))
-
-
-def _least_angle_is_elsewhere(x):
-    """Whether the angles at the edges 02 and 13 do not count, nor what is left of 180 degrees."""
-    row = FAMILIES["tetra"]
-    edges = [set(row.facets[0][a]) & set(row.facets[0][b]) for a, b in row.hinges]
-    angles = np.degrees(dihedral_angles(*mesh_of(x), "tetra"))
-    swapped = angles[:, [edges.index({0, 2}), edges.index({1, 3})]]
-    return angles.min(axis=1) < np.minimum(swapped, 180.0 - swapped).min(axis=1)
-
-
-# Which cells VTK is right about, where it is not about all: see the notes of the rows.
-RIGHT = {
-    ("hexahedron", "edge-ratio"): lambda x: _longest_is_among(
-        x, [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6)],
-        [(6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]),
-    ("pyramid", "shape"): lambda x: _longest_is_among(
-        x, [(2, 3), (3, 0), (0, 4), (1, 4), (2, 4), (3, 4)], [(0, 1), (1, 2)]),
-    ("tetra", "collapse-ratio"): _two_longest_are_same,
-    ("tetra", "min-angle"): _least_angle_is_elsewhere,
-}  # fmt: skip
-# Where VTK has a constant with six digits, which the value of the ideal cell takes out.
-ROUNDED = {
-    ("wedge", name)
-    for name in ("condition", "distortion", "max-aspect-frobenius", "mean-aspect-frobenius")
-}
-
-
-def compared(vtk, x, kind, name):
-    """Our values and those of VTK, where that is right."""
-    a, b = ours(x, kind, name), vtk(x, kind, name)
-    if (kind, name) in ROUNDED:
-        ideal = FAMILIES[kind].reference[None]
-        b *= ours(ideal, kind, name) / vtk(ideal, kind, name)
-    rows = RIGHT.get((kind, name), lambda x: np.full(len(x), True))(x)
-    return a[rows], b[rows]
 
 
 @every_row

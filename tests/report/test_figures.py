@@ -56,10 +56,11 @@ def test_rows_are_as_long_as_the_headings(one):
 
 
 @pytest.mark.parametrize(
-    ("dimension", "kind", "equation"), [(2, "triangles", "(18.6)"), (3, "tetrahedra", "(18.7)")]
+    ("family", "kind", "equation"),
+    [("triangle", "triangles", "(18.6)"), ("tetra", "tetrahedra", "(18.7)")],
 )
-def test_the_title_says_what_the_mesh_is(dimension, kind, equation):
-    one = report(summary((1000, 200, 34, 0), dimension=dimension, n_points=5678))
+def test_the_title_says_what_the_mesh_is(family, kind, equation):
+    one = report(summary((1000, 200, 34, 0), family=family, n_points=5678))
     assert one.title == f"some.mesh: 1,234 {kind}, 5,678 vertices, aspect ratio {equation}"
 
 
@@ -83,7 +84,7 @@ def test_the_last_lines_of_a_mesh_speak_of_no_run():
     assert "stopped" not in text
     assert "vert" not in text
     assert "dihedral angles 10.0 to 160.0" in text
-    assert "dihedral" not in "\n".join(closing_lines(report(summary(dimension=2))))
+    assert "dihedral" not in "\n".join(closing_lines(report(summary(family="triangle"))))
 
 
 def test_the_last_lines_of_a_run_say_why_it_stopped_and_how_long_it_took():

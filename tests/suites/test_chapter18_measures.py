@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from meshopt_cli.kernels.search.target import best_over_face, estimate_targets
 from meshopt_cli.kernels.shape import simplex
-from meshopt_cli.quality.measures import QUALITIES, as_degradation
+from meshopt_cli.quality.measures import OF_SIMPLICES, as_degradation
 from meshopt_cli.quality.summary import RANKS, Summary, histogram, summarize
 from meshopt_cli.quality.target import target
 from support.chapter18 import (
@@ -153,7 +153,7 @@ def test_the_other_measures(regular, data):
 
 def test_the_list_of_measures_is_covered():
     """Every measure has a test above."""
-    assert set(QUALITIES) == {"aspect-ratio", "volume-length", *ratios(TET)}
+    assert set(OF_SIMPLICES) == {"aspect-ratio", "volume-length", *ratios(TET)}
 
 
 def test_ranks():
@@ -179,7 +179,7 @@ def test_percentages_are_rounded_not_truncated():
     """Table 18.3 prints 72 for 2,620 of 3,608; the counts tell the truth."""
     angles = {"angle_min": 1.0, "angle_max": 179.0}
     figures = {"n_invalid": 0, "worst": 11.44, "mean": 1.0, "best": 1.0, "target": 8.3, **angles}
-    summary = Summary("aspect-ratio", 3, 3608, 1015, (2620, 759, 224, 5), **figures)
+    summary = Summary("aspect-ratio", 3, "tetra", 3608, 1015, (2620, 759, 224, 5), **figures)
     assert [round(p, 2) for p in summary.percent] == [72.62, 21.04, 6.21, 0.14]
 
 
@@ -187,7 +187,7 @@ def test_percentages_are_rounded_not_truncated():
 def test_a_summary_adds_up(name):
     """Q_T is the worst Q (18.3.3), ranks hold every cell, and no mesh beats its own best."""
     source = sample(name)
-    summary = summarize(source, ASPECT_RATIO, tuple(QUALITIES.values()))
+    summary = summarize(source, ASPECT_RATIO, tuple(OF_SIMPLICES.values()))
     assert sum(summary.counts) == summary.n_cells == len(source.cells)
     assert sum(summary.percent) == pytest.approx(100)
     assert 1 <= summary.best <= summary.mean <= summary.worst

@@ -8,10 +8,10 @@ from itertools import combinations
 import numpy as np
 from hypothesis import strategies as st
 
-from meshopt_cli.quality.measures import QUALITIES, cell_quality
+from meshopt_cli.quality.measures import OF_SIMPLICES, cell_quality
 from support.invariants import volumes
 
-ASPECT_RATIO = QUALITIES["aspect-ratio"]
+ASPECT_RATIO = OF_SIMPLICES["aspect-ratio"]
 TRIANGLE = np.array([[0, 0, 0], [1, 0, 0], [0.5, math.sqrt(3) / 2, 0]])
 TET = np.array([[1, 1, 1], [-1, 1, -1], [1, -1, -1], [-1, -1, 1]], dtype=float)
 coordinate = st.floats(-1, 1, width=32)
@@ -47,4 +47,4 @@ def surface(corners):
 
 def quality(corners, name):
     """q of one cell."""
-    return float(cell_quality(corners, np.arange(len(corners))[None], QUALITIES[name])[0])
+    return float(cell_quality(corners, np.arange(len(corners))[None], OF_SIMPLICES[name])[0])

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from functools import cache
 from itertools import permutations, product
 
 import numpy as np
 
+from meshopt_cli.cells import FAMILIES
 from meshopt_cli.mesh.model import Block, Mesh
 
 
@@ -186,3 +188,26 @@ def large_grid(n):
     inner = np.all((points > 0) & (points < n), axis=1)
     points[inner] += np.random.default_rng(0).uniform(-0.22, 0.22, (inner.sum(), 3))
     return Mesh(points, [Block("tetra", cells)])
+
+
+@cache
+def rotations(family):
+    """The ways to number the corners of a cell anew that leave it as it is, (n, k)."""
+    corners = FAMILIES[family].reference - FAMILIES[family].reference.mean(axis=0)
+    apart = np.linalg.norm(corners[:, None] - corners, axis=2)
+    found = []
+
+    def go_on(chosen):
+        k = len(chosen)
+        if k == len(corners):
+            turn = corners.T @ corners[chosen]
+            d = FAMILIES[family].dimension
+            if np.linalg.det(turn[:d, :d]) > 0:
+                found.append(chosen)
+            return
+        for v in range(len(corners)):
+            if v not in chosen and np.allclose(apart[v, chosen], apart[k, :k]):
+                go_on([*chosen, v])
+
+    go_on([])
+    return np.array(found)

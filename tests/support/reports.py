@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import strategies as st
 
+from meshopt_cli.cells import FAMILIES
 from meshopt_cli.mesh.cast import cast
-from meshopt_cli.quality.measures import DEFAULT_MEASURE, QUALITIES, cell_quality
+from meshopt_cli.quality.measures import DEFAULT_MEASURE, OF_SIMPLICES, cell_quality
 from meshopt_cli.quality.summary import Summary
 from meshopt_cli.report.model import FileFacts, PassFacts, Report
 
@@ -18,7 +19,7 @@ def summary(counts=(60, 30, 10, 0), worst=7.5, **changes):
     """Figures of a mesh that does not exist."""
     values = {
         "measure": "aspect-ratio",
-        "dimension": 3,
+        "family": "tetra",
         "n_cells": sum(counts),
         "n_points": sum(counts) // 4 + 1,
         "counts": tuple(counts),
@@ -31,7 +32,8 @@ def summary(counts=(60, 30, 10, 0), worst=7.5, **changes):
         "angle_max": 160.0,
         "worst_by_measure": {"edge-ratio": 3.5, "mean-edge": INFINITE},
     }
-    return Summary(**{**values, **changes})
+    values |= changes
+    return Summary(dimension=FAMILIES[values["family"]].dimension, **values)
 
 
 def ran(round, name, visited=10, applied=4, **changes):
@@ -69,18 +71,18 @@ summaries = st.builds(
     target=qualities,
     angle_min=st.floats(0, 60),
     angle_max=st.floats(60, 180),
-    dimension=st.sampled_from([2, 3]),
-    measure=st.sampled_from(list(QUALITIES)),
-    worst_by_measure=st.dictionaries(st.sampled_from(list(QUALITIES)), qualities),
+    family=st.sampled_from(["triangle", "tetra"]),
+    measure=st.sampled_from(list(OF_SIMPLICES)),
+    worst_by_measure=st.dictionaries(st.sampled_from(list(OF_SIMPLICES)), qualities),
 )
 reports = st.builds(report, summaries) | st.builds(report, summaries, summaries)
 
 SUMMARY_KEYS = {"ne", "np", "worst", "mean", "best", "target", "invalid", "histogram",
                 "angle_min", "angle_max", "angles_forced", "measures",
-                "types", "room"}  # fmt: skip
+                "types", "room", "census", "families"}  # fmt: skip
 PASS_KEYS = {"round", "name", "visited", "applied", "refused", "seconds", "worst", "mean"}
 TOP_KEYS = {"meshopt", "input", "output", "measure", "dimension", "before", "after", "passes",
-            "regions", "stopped", "seconds", "lost"}  # fmt: skip
+            "regions", "stopped", "statistics", "seconds", "lost"}  # fmt: skip
 FILE_KEYS = {"path", "format", "sha256"}
 
 
@@ -88,7 +90,7 @@ def check_summary(value, one, measure=DEFAULT_MEASURE):
     """What is said of a mesh is so."""
     assert set(value) == SUMMARY_KEYS
     simplices = cast(one)
-    q = cell_quality(simplices.points, simplices.cells, QUALITIES[measure])
+    q = cell_quality(simplices.points, simplices.cells, OF_SIMPLICES[measure])
     assert value["ne"] == len(simplices.cells)
     assert value["np"] == len(np.unique(simplices.cells))
     assert value["worst"] == pytest.approx(1 / q.min(), rel=1e-12)
@@ -103,7 +105,16 @@ def check_summary(value, one, measure=DEFAULT_MEASURE):
     else:
         assert 0 <= value["room"]["near"] <= value["room"]["held"] <= value["ne"]
         assert all(p["Q"] > 1.1 * p["allowed"] >= 1.1 for p in value["room"]["most"])
-    assert set(value["measures"]) == set(QUALITIES)
+    census = value["census"]
+    assert census["simplices"] == value["ne"]
+    assert 0 <= census["obtuse"] <= value["ne"]
+    assert 0 <= census["self_centered"] <= value["ne"]
+    degrees = census["degrees"]
+    vertices = [degrees[name]["counts"] for name in ("inner_vertices", "boundary_vertices")]
+    assert sum(sum(counts.values()) for counts in vertices) == value["np"]
+    for found in degrees.values():
+        assert sum(found["counts"].values()) == sum(found["excess"].values())
+    assert set(value["measures"]) == set(OF_SIMPLICES)
     histogram = value["histogram"]
     assert set(histogram) == {"edges", "counts", "percent"}
     assert histogram["edges"] == [1, 2, 3, 10, None]

@@ -12,9 +12,9 @@ from hypothesis.extra import numpy as hnp
 from meshopt_cli.errors import ConfigError
 from meshopt_cli.mesh.model import Block, Mesh
 from meshopt_cli.validity import ERROR, RULES, WARNING, Gates, check, choose
-from support.broken import BROKEN, CORNER, FINE, SQUARE, VALID, quad
+from support.broken import BROKEN, CORNER, FINE, SQUARE, VALID
 from support.edits import shifted, torn, transformed, turned, with_cells
-from support.meshes import mesh, octahedron, tet_grid
+from support.meshes import mesh, octahedron, quad_grid, tet_grid
 from support.settings import examples
 
 ALL = {name: (sound, "") for name, sound in VALID.items()} | BROKEN
@@ -85,14 +85,35 @@ def test_flat_far_from_the_origin():
     assert codes(shifted(mesh(flat, tetra=[range(4)]), 1e9, 2e9, -1e9)) == "M102"
 
 
-@pytest.mark.parametrize(
-    ("row", "message"),
-    [(0, "the quad is not convex"), (1, "the quad intersects itself"), (2, "degenerate")],
-)
-def test_kinds_of_quads(row, message):
-    one = [quad([0.2, 0.2]), mesh(SQUARE, quad=[[0, 2, 1, 3]]), quad([0.5, 0.5])][row]
+# Figure 18.5.
+CASES_OF_A_QUAD = {
+    "degenerated": ([[0, 0], [1, 0], [0.5, 0.5], [0, 1]], "M104", "the quad is degenerate: two"),
+    "non-convex": ([[0, 0], [1, 0], [0.2, 0.2], [0, 1]], "M104", "the quad is not convex"),
+    "self-intersecting": ([[0, 0], [1, 0], [0, 1], [1, 1]], "M104", "the quad intersects itself"),
+    "negative": ([[0, 0], [0, 1], [1, 1], [1, 0]], "M101", "the quad is negative"),
+}
+
+
+@pytest.mark.parametrize("case", CASES_OF_A_QUAD)
+@pytest.mark.parametrize("first", range(4))
+def test_cases_of_a_quad(case, first):
+    corners, code, message = CASES_OF_A_QUAD[case]
+    one = mesh(corners, quad=[np.roll(range(4), first)])
     (group,) = check(one).groups
-    assert message in group.findings(one)[0].message
+    (finding,) = group.findings(one)
+    assert (group.rule.code, message in finding.message) == (code, True)
+
+
+def test_a_positive_quad_is_valid():
+    assert check(mesh(SQUARE, quad=[range(4)])).is_valid
+
+
+def test_a_negative_quad_is_told_to_be_turned():
+    one = turned(quad_grid(2), 1)
+    (group,) = check(one, select=["M101"]).groups
+    message = group.findings(one)[0].message
+    assert "the quad is negative" in message
+    assert "turning it mends that" in message
 
 
 def test_findings_say_where():

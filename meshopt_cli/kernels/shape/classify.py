@@ -154,16 +154,16 @@ def cell_type(points: np.ndarray, cell_vertices: np.ndarray) -> int:
 
 
 @entry(group="basic", example=lambda work: (work.mesh.points, work.mesh.cells, work.counts))
-def count_types(points: np.ndarray, cells: np.ndarray, counts: np.ndarray) -> None:
-    """Add the cells of each type to `counts`, at its number.
+def classify_cells(points: np.ndarray, cells: np.ndarray, out: np.ndarray) -> None:
+    """The type of each cell, a number of `TriangleType` or `TetType`, written to `out`.
 
     Parameters
     ----------
     cells : (n, 3) or (n, 4) int64
-    counts : (n_types,) int64
+    out : (n,) int64
     """
     for i in range(cells.shape[0]):
         if cells.shape[1] == 4:
-            counts[tet_type(points, cells[i])] += 1
+            out[i] = tet_type(points, cells[i])
         else:
-            counts[triangle_type(points, cells[i])] += 1
+            out[i] = triangle_type(points, cells[i])

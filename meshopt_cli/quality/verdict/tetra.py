@@ -15,18 +15,11 @@ from ...cells import FAMILIES
 from ...mesh.model import Array
 from ...mesh.sizes import angles_between, norms
 from . import geometry as g
-from . import triangle
 from .model import DEGREES, LENGTH, LESS, MORE, NUMBER, SIZE, VOLUME, Row
 
 _FACETS = FAMILIES["tetra"].facets[0]
 _HINGES = FAMILIES["tetra"].hinges
 _REGULAR = math.acos(1.0 / 3.0)  # its angle between two facets
-
-# The octahedron between the middles of the edges, in eight parts around its centre. Middles come
-# in the order of the edges, 01 02 03 12 13 23, and the centre last.
-_EDGES = FAMILIES["tetra"].edges
-_OPPOSITE = [[0, 5], [1, 4], [2, 3]]
-_PARTS = np.array([[a, b, c, 6] for a in _OPPOSITE[0] for b in _OPPOSITE[1] for c in _OPPOSITE[2]])
 
 
 def _frame(x: Array) -> Array:
@@ -151,10 +144,10 @@ def min_angle(x: Array) -> Array:
 def equiangle_skew(x: Array) -> Array:
     """How far the angles between facets and in them are from those of the regular cell."""
     between = _dihedral_angles(x)
-    inside = g.over(triangle.min_angle, x, _FACETS), g.over(triangle.max_angle, x, _FACETS)
+    inside = np.concatenate([g.corner_angles(x[:, facet]) for facet in _FACETS], axis=1)
     return np.maximum(
         g.skew_of_angles(between.min(axis=1), between.max(axis=1), math.degrees(_REGULAR)),
-        g.skew_of_angles(inside[0].min(axis=1), inside[1].max(axis=1), 60.0),
+        g.skew_of_angles(inside.min(axis=1), inside.max(axis=1), 60.0),
     )
 
 
@@ -181,12 +174,14 @@ def collapse_ratio(x: Array) -> Array:
 def normalized_inradius(x: Array) -> Array:
     """Least inscribed sphere of the cell's twelve parts by R, with the sign of the volume.
 
-    The parts are one of half the size at each corner, whose number is 3 r / R, and eight in the
-    octahedron between them.
+    The parts are one of half the size at each corner, whose number is 3 r / R, and eight around
+    the centre of the octahedron between them, each with a quarter of a facet and a sixteenth of
+    the volume; the faces inside meet in the centre and are as large in all eight.
     """
-    middles = (x[:, _EDGES[:, 0]] + x[:, _EDGES[:, 1]]) / 2.0
-    points = np.concatenate([middles, x.mean(axis=1)[:, None]], axis=1)
-    inner = np.abs(g.over(inradius, points, _PARTS)) * np.sign(volume(x))[:, None]
+    a, b, c = np.moveaxis(_frame(x), 1, 0)
+    ways = (a - b - c) / 4.0, (b - a - c) / 4.0, (c - a - b) / 4.0  # from the centre to middles
+    inside = np.sum([norms(np.cross(ways[i - 1], ways[i])) for i in range(3)], axis=0) / 2.0
+    inner = g.ratio(3.0 / 16.0 * volume(x)[:, None], _areas(x) / 4.0 + inside[:, None], 0.0)
     least = np.minimum(3.0 * inradius(x), 3.0 * (1.0 + math.sqrt(3.0)) * inner.min(axis=1))
     return g.ratio(least, _radius(x), 0.0)
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...mesh.facets import FacetSet
 from ...mesh.model import Array
 from ..examination import Examination
 from ..model import ERROR, WARNING, Places, at_cells, rule
-from ..study import FacetSet, duplicates_in
+from ..study import duplicates_in
 
 MOST_OTHERS = 3  # related cells that a finding names at most
 

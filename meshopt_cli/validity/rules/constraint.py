@@ -4,8 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...cells import FAMILIES
 from ...mesh.adjacency import distinct
+from ...mesh.constrained import (
+    are_constrained,
+    between_bound,
+    bound_vertices,
+    constrained_edges,
+    constrained_facets,
+)
 from ...mesh.model import Array
 from ..examination import Examination
 from ..model import WARNING, Places, at_cells, rule
@@ -17,20 +23,18 @@ FIX = "Optimize with split, which adds a vertex inside, or mesh anew with more c
     "M301",
     WARNING,
     "over-constrained cell",
-    explanation="A triangle has two edges in the boundary, or a tetrahedron three faces.",
+    explanation="A triangle has two edges in the boundary, a tetrahedron three faces, or a cell of "
+    "another family all its facets but one.",
     source="Definition 18.8",
     fix=FIX,
     on_request=True,
 )
 def find_constrained_cells(study: Examination) -> Places:
     count = np.bincount(study.domain.skin.owners, minlength=study.n_cells)
-    simplex = np.zeros(study.n_cells, dtype=bool)
+    found = np.zeros(study.n_cells, dtype=bool)
     for group in study.cell_sets:
-        if FAMILIES[group.family].is_simplex:
-            simplex[group.numbers] = True
-    return at_cells(
-        study, simplex & (count >= study.dimension), "the boundary has too many facets of the cell"
-    )
+        found[group.numbers] = are_constrained(count[group.numbers], group.family)
+    return at_cells(study, found, "the boundary has too many facets of the cell")
 
 
 @rule(
@@ -43,24 +47,15 @@ def find_constrained_cells(study: Examination) -> Places:
     on_request=True,
 )
 def find_constrained_edges(study: Examination) -> Places:
-    bound = _boundary_vertices(study)
-    keys, owners, ends = [], [], []
-    for group in study.cell_sets:
-        for i, j in FAMILIES[group.family].edges:
-            rows = np.flatnonzero(bound[group.cells[:, i]] & bound[group.cells[:, j]])
-            pair = np.sort(group.cells[rows][:, [i, j]], axis=1)
-            keys.append(pair[:, 0] * study.n_points + pair[:, 1])
-            owners.append(group.numbers[rows])
-            ends.append(pair)
-    if not keys:
-        return at_cells(study, np.empty(0, np.int64), "")
-    key, first = np.unique(np.concatenate(keys), return_index=True)
-    inside = ~np.isin(key, _boundary_edges(study))
-    pair = np.concatenate(ends)[first[inside]]
+    boundary = _boundary(study)
+    keys, owners = between_bound(study.cell_sets, bound_vertices(boundary, study.n_points))
+    inside = constrained_edges(keys, boundary, study.n_points)
+    order = np.argsort(keys, kind="stable")
+    first = order[np.searchsorted(keys, inside, sorter=order)]
     return Places(
         ("an edge inside, of this cell, has both ends in the boundary",),
-        cells=study.cells_by(np.concatenate(owners)[first[inside]]),
-        other_points=pair,
+        cells=study.cells_by(owners[first]),
+        other_points=np.stack([inside // study.n_points, inside % study.n_points], axis=1),
     )
 
 
@@ -74,32 +69,19 @@ def find_constrained_edges(study: Examination) -> Places:
     on_request=True,
 )
 def find_constrained_faces(study: Examination) -> Places:
-    bound = _boundary_vertices(study)
+    bound = bound_vertices(_boundary(study), study.n_points)
     ones, others = [np.empty(0, np.int64)], [np.empty(0, np.int64)]
     if study.dimension == 3:
         for facets in study.facet_sets:
             one, other = facets.pairs()
-            held = bound[facets.rows[one]].all(axis=1)
+            held = constrained_facets(facets.rows[one], bound)
             ones.append(facets.owners[one[held]])
             others.append(facets.owners[other[held]])
     message = "the face between this cell and another has all its vertices in the boundary"
     return at_cells(study, np.concatenate(ones), message, others=np.concatenate(others)[:, None])
 
 
-def _boundary_vertices(study: Examination) -> Array:
-    bound = np.zeros(study.n_points, dtype=bool)
-    rows = study.domain.skin.rows
-    bound[rows[rows >= 0]] = True
-    return bound
-
-
-def _boundary_edges(study: Examination) -> Array:
-    """Keys of the edges in the boundary: the least vertex times their number, and the other."""
+def _boundary(study: Examination) -> list[Array]:
+    """The facets of the boundary, by their number of vertices."""
     skin = study.domain.skin
-    keys = [np.empty(0, np.int64)]
-    for width in distinct(skin.width).tolist():
-        rows = skin.rows[skin.width == width, :width]
-        for k in range(width):
-            pair = np.sort(rows[:, [k, (k + 1) % width]], axis=1)
-            keys.append(pair[:, 0] * study.n_points + pair[:, 1])
-    return distinct(np.concatenate(keys))
+    return [skin.rows[skin.width == width, :width] for width in distinct(skin.width).tolist()]

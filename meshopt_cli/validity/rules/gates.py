@@ -76,9 +76,9 @@ def find_beyond(study: Examination) -> Places:
     on_request=True,
 )
 def find_obtuse(study: Examination) -> Places:
-    # As much as rounding may add to a right angle.
-    right = 90.0 + 1e-6
-    limits = [Limit("dihedral-max" if study.dimension == 3 else "corner-max", False, right)]
+    from ...kernels.shape.obtuse import RIGHT  # other rules need no kernels
+
+    limits = [Limit("dihedral-max" if study.dimension == 3 else "corner-max", False, RIGHT)]
     return _beyond(study, limits, lambda _: "an angle of the cell is obtuse", SIMPLICES)
 
 

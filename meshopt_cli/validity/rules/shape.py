@@ -21,13 +21,21 @@ from ..shape import flat_in
 )
 def find_inverted(study: Examination) -> Places:
     numbers = np.flatnonzero(study.shape.inverted)
-    kinds = np.select([study.shape.partly[numbers], study.reversed[numbers]], [1, 2], 0)
+    is_quad = np.zeros(study.n_cells, dtype=bool)
+    for group in study.cell_sets:
+        is_quad[group.numbers] = group.family == "quad"
+    is_quad, is_listed = is_quad[numbers], study.reversed[numbers]
+    kinds = np.select(
+        [study.shape.partly[numbers], is_quad & is_listed, is_quad, is_listed], [1, 4, 3, 2], 0
+    )
     return at_cells(
         study,
         numbers,
         "the cell is inverted",
         "the cell is inverted at a corner",
         "the cell is listed the other way round than its neighbours: turning it mends that",
+        "the quad is negative",
+        "the quad is negative, listed the other way round: turning it mends that",
         kinds=kinds,
     )
 
@@ -76,9 +84,9 @@ def find_bad_quads(study: Examination) -> Places:
     return at_cells(
         study,
         numbers,
+        "the quad is degenerate: two consecutive sides are aligned",
         "the quad is not convex",
         "the quad intersects itself",
-        "the quad is degenerate: two consecutive sides are aligned",
         kinds=study.shape.quads[numbers] - 1,
     )
 

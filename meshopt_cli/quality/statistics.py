@@ -1,0 +1,98 @@
+"""What measures say of all cells of a family: from where to where they go, and their mean."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..cores import n_cores
+from ..errors import ConfigError, hint
+from ..mesh.model import Array
+from .measurable import Part
+from .measures import QUALITIES, Measure
+from .verdict.table import every_measure
+
+ALL = "all"  # names every measure that some cell of a mesh has
+
+
+@dataclass(frozen=True)
+class Statistic:
+    """A measure of the cells of one family.
+
+    Attributes
+    ----------
+    measure, family : str
+    unit : str
+        A key of `measures.POWERS`.
+    ideal : float or None
+        The value of the ideal cell, where there is one.
+    n_cells : int
+    n_infinite : int
+        Cells that have no finite value: flat or inverted. The rest is over the others.
+    least, mean, greatest : float
+        Not a number where no cell has a value.
+    """
+
+    measure: str
+    family: str
+    unit: str
+    ideal: float | None
+    n_cells: int
+    n_infinite: int
+    least: float
+    mean: float
+    greatest: float
+
+
+def measures_named(names: Iterable[str]) -> tuple[Measure, ...]:
+    """The measures of these names, of any kind; all there are where `ALL` is among them.
+
+    Raises
+    ------
+    ConfigError
+        There is no measure of a name.
+    """
+    known, wanted = every_measure(), tuple(names)
+    for name in wanted:
+        if name != ALL and name not in known:
+            raise ConfigError(f"no measure {name!r}{hint(name, known)}")
+    return tuple(known.values() if ALL in wanted else (known[n] for n in dict.fromkeys(wanted)))
+
+
+def table_measure(measures: Iterable[Measure], default: Measure) -> Measure:
+    """By which of some measures cells are ranked in Table 18.3: the first that is a Q."""
+    return next((m for m in measures if m.name in QUALITIES), default)
+
+
+def statistics(part: Part, measures: Iterable[Measure]) -> tuple[Statistic, ...]:
+    """What measures say of the cells of a mesh, a family at a time where it has the measure."""
+    asked = [(m, family) for m in measures for family in part.cells if family in m.ways]
+
+    def told(one: tuple[Measure, str]) -> Statistic:
+        return statistic(*one, values_of(part, *one))
+
+    with ThreadPoolExecutor(n_cores()) as pool:  # numpy lets several work at once
+        return tuple(pool.map(told, asked))
+
+
+def values_of(part: Part, measure: Measure, family: str) -> Array:
+    """A measure of each cell of a family, (n,): infinite Q for those turned the wrong way."""
+    values = measure.of(part.points, part.cells[family], family)
+    if measure.is_quality:
+        values[part.is_turned(family)] = math.inf
+    return values
+
+
+def statistic(measure: Measure, family: str, values: Array) -> Statistic:
+    """What is told of the values of a measure, (n,)."""
+    finite = values[np.isfinite(values)]
+    some = (finite.min(), finite.mean(), finite.max()) if len(finite) else (math.nan,) * 3
+    least, mean, greatest = (float(value) for value in some)
+    return Statistic(
+        measure.name, family, measure.unit, measure.ideal,
+        len(values), len(values) - len(finite), least, mean, greatest,
+    )  # fmt: skip
