@@ -214,6 +214,9 @@ FAMILIES: dict[str, Family] = {
     )
 }  # fmt: skip
 
+# Of (18.10): Q of the square is 1.
+QUAD_ALPHA = math.sqrt(2.0) / 8.0
+
 # The simplex of each dimension.
 SIMPLICES = tuple(name for name, family in FAMILIES.items() if family.is_simplex)
 
@@ -227,6 +230,24 @@ def dimension_of(cell_type: str) -> int:
     """Dimension of a type of any order; 3 for unknown ones, which then are not overlooked."""
     family = family_of(cell_type)
     return 3 if family is None else family.dimension
+
+
+def stretch_of(family: str, simplex: Array) -> Array:
+    """What makes a simplex of an ideal cell regular without a turn, (d, d).
+
+    Row i says how much of each edge from the first vertex of the simplex its edge i becomes. The
+    map is symmetric in space, so that it does not matter which vertex comes first.
+    """
+    row = FAMILIES[family]
+    d = row.dimension
+    ideal = _edges_of(row.reference[simplex], d)
+    along = np.linalg.inv(ideal) @ _edges_of(FAMILIES[SIMPLICES[d]].reference, d)
+    squares, axes = np.linalg.eigh(along @ along.T)
+    return ideal @ ((axes * np.sqrt(squares)) @ axes.T) @ np.linalg.inv(ideal)
+
+
+def _edges_of(corners: Array, d: int) -> Array:
+    return (corners[1:] - corners[0])[:, :d]
 
 
 # Local numbering of the kernels. A cell of dimension d has the vertices 0..d and is positive when

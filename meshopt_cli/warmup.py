@@ -18,14 +18,21 @@ from typing import NamedTuple
 import numpy as np
 
 from . import kernels
+from .cells import FAMILIES
 from .compiled import cache, ways
 from .compiled.decorators import Entry
 from .cores import n_cores
 from .errors import EXIT_DONE, MeshoptError
 from .files.ending import ended_by
+from .kernels.operators.lbfgs import Memory
+from .kernels.shape.distortion import Body
 from .kernels.shape.simplex import ASPECT_RATIO
-from .kernels.types import N_VERDICTS, Judge, Scratch, SimplexMesh
+from .kernels.types import N_VERDICTS, CellMesh, Judge, Scratch, SimplexMesh
+from .mesh.any_cells import AnyCells
 from .mesh.cast import Simplices
+from .mesh.facets import CellSet
+from .work.cells import mesh_of
+from .work.foldover import body_of, memory_for
 from .work.session import Workspace
 
 Array = np.ndarray
@@ -41,6 +48,9 @@ GROUPS: dict[str, float] = {
     "swap": 2.5,
     "relocation": 2,
     "odt": 2,
+    "cells": 2,
+    "global": 1.5,
+    "nonobtuse": 2,
     "check": 1,
 }
 
@@ -52,11 +62,14 @@ class Specimen(NamedTuple):
     """
 
     mesh: SimplexMesh
+    cell_mesh: CellMesh
     scratch: Scratch
     order: Array  # (0,) int64: nothing to visit
     facets: Array  # (1, 3) int64
     vertex_values: Array  # (4,) float64
     counts: Array  # (N_VERDICTS,) int64
+    body: Body
+    memory: Memory
 
 
 def specimen() -> Specimen:
@@ -75,13 +88,26 @@ def specimen() -> Specimen:
         ),
         Judge(ASPECT_RATIO, 0.0),
     )
+    body = body_of(work.mesh.points, work.mesh.cells, np.eye(3)[None], np.zeros(1, np.int64))
     return Specimen(
         work.mesh,
+        _cell_mesh(),
         work.scratch,
         order=np.empty(0, dtype=np.int64),
         facets=np.array([[0, 1, 2]]),
         vertex_values=np.zeros(4),
         counts=np.zeros(N_VERDICTS, dtype=np.int64),
+        body=body,
+        memory=memory_for(body, 4),
+    )
+
+
+def _cell_mesh() -> CellMesh:
+    """The smallest working mesh of any cells."""
+    cell = FAMILIES["hexahedron"].reference
+    cells = CellSet("hexahedron", np.arange(len(cell))[None], np.zeros(1, np.int64))
+    return mesh_of(
+        AnyCells(cell, [cells], np.ones(len(cell), bool), None, False), Judge(ASPECT_RATIO, 0.0)
     )
 
 

@@ -7,7 +7,7 @@ tells groups of cells apart goes by `GROUPS`.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from urllib.parse import quote
 
@@ -53,7 +53,7 @@ def for_gmsh(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
     new = encoding.format == "gmsh"
     dropped = _fields(mesh) + ([] if new else _of_nodes(mesh))
     label = _label(mesh)
-    held = _held(mesh.blocks, types.cell_types(), dropped)
+    held = _held(mesh.blocks, types.has_code, dropped)
     tags_of_blocks: list[dict[str, Array]] = []
     for block in held:
         tags: dict[str, Array | None]
@@ -125,7 +125,7 @@ def for_medit(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
     known = medit.CODES
     if refs is None or not refs.any():
         known = {"vertex": 0, **known}
-    held = _held(mesh.blocks, known, dropped)
+    held = _held(mesh.blocks, known.__contains__, dropped)
     label = _label(mesh)
     blocks = []
     for block in held:
@@ -170,7 +170,7 @@ def for_vtk(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
         return new
 
     dropped = _names(mesh) + _model(mesh) + _of_nodes(mesh)
-    held = [b for b in _held(mesh.blocks, vtk.CELL_TYPES, dropped) if len(b.cells)]
+    held = [b for b in _held(mesh.blocks, vtk.CELL_TYPES.__contains__, dropped) if len(b.cells)]
     blocks = [Block(block.type, block.cells) for block in held]
     for name, kept in spelled(dict.fromkeys(name for b in held for name in b.data)).items():
         some = [block.data[name] for block in held if name in block.data]
@@ -228,7 +228,7 @@ def _of_nodes(mesh: Mesh) -> list[str]:
     return ["the entities of nodes and their bounds"] * here + parameters
 
 
-def _held(blocks: list[Block], known: Collection[str], dropped: list[str]) -> list[Block]:
+def _held(blocks: list[Block], is_known: Callable[[str], bool], dropped: list[str]) -> list[Block]:
     """Keep the blocks of known types.
 
     Raises
@@ -238,13 +238,13 @@ def _held(blocks: list[Block], known: Collection[str], dropped: list[str]) -> li
     """
     top = max((dimension_of(block.type) for block in blocks if len(block.cells)), default=0)
     for block in blocks:
-        if block.type not in known and len(block.cells):
+        if not is_known(block.type) and len(block.cells):
             if dimension_of(block.type) == top:
                 raise ValueError(
                     f"the format has no cells of type {block.type}: Gmsh's and VTK's have"
                 )
             dropped.append(f"the cells of type {block.type}")
-    return [block for block in blocks if block.type in known]
+    return [block for block in blocks if is_known(block.type)]
 
 
 def _tags(values: Array | None) -> Array | None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from .. import validity
 from ..errors import BadMeshError, UnsupportedMeshError
+from ..mesh.any_cells import is_of_any_cells
 from ..mesh.model import Mesh, main_type, top_blocks
 from ..mesh.orientation import hangs_together, with_agreeing_cells, with_positive_cells
 from ..mesh.second_order import by_corners, is_second_order
@@ -63,7 +64,7 @@ def require_range(mesh: Mesh) -> None:
         )
 
 
-def require_simplices(mesh: Mesh) -> None:
+def require_known_cells(mesh: Mesh) -> None:
     """Refuse a mesh that has other cells than those that can be optimized.
 
     Raises
@@ -73,16 +74,19 @@ def require_simplices(mesh: Mesh) -> None:
     BadMeshError, UnsupportedMeshError
         See `mesh.main_type`.
     """
+    if is_of_any_cells(mesh):
+        return
     try:
         main_type(by_corners(mesh) if is_second_order(mesh) else mesh)
     except UnsupportedMeshError:
         report = validity.check(mesh, overlaps=False)
         if report.is_valid:
             raise
-        raise InvalidMeshError(_not_valid(report), mesh, report) from None
+        raise InvalidMeshError(not_valid(report), mesh, report) from None
 
 
-def _not_valid(report: validity.Report, allowed: tuple[str, ...] = ()) -> str:
+def not_valid(report: validity.Report, allowed: tuple[str, ...] = ()) -> str:
+    """What is said of a mesh that is refused, and what to do about it."""
     codes = sorted(errors_in(report))
     hint = ""
     flags = dict.fromkeys(
@@ -186,4 +190,4 @@ def admit(
         if curved:
             log.warning("cells at curved edges are not valid: better cells are to mend that")
         return mesh, report
-    raise InvalidMeshError(_not_valid(report, allowed), mesh, report)
+    raise InvalidMeshError(not_valid(report, allowed), mesh, report)

@@ -30,8 +30,8 @@ from .admission import (
     InvalidMeshError,
     admit,
     errors_in,
+    require_known_cells,
     require_range,
-    require_simplices,
 )
 from .curved import require_plane, to_be_kept, warn_of_curved
 from .regions import doubt_regions
@@ -108,7 +108,11 @@ class Restored:
 
 @dataclass(frozen=True)
 class Result:
-    """An optimized mesh and how it came about; `lost` is what of the input did not go along."""
+    """An optimized mesh and how it came about.
+
+    `lost` is what of the input did not go along; `left_out` names the passes that are for other
+    cells.
+    """
 
     mesh: Mesh
     measure: Measure
@@ -119,6 +123,7 @@ class Result:
     seconds: float
     regions: Regions
     lost: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
 
 
 def optimize(
@@ -217,7 +222,7 @@ def prepare(
         from .mending import mended  # few runs need it
 
         mesh, tallies = mended(mesh, pipeline.repairs)
-    require_simplices(mesh)
+    require_known_cells(mesh)
     require_range(mesh)
     source, tangle = admit(mesh, pipeline.mends_tangles, allowed)
     second = separated(source) if is_second_order(source) else None

@@ -15,12 +15,14 @@ from ..boundary.policy import Fixed, Policy
 from ..errors import EXIT_BAD_MESH, BadMeshError, ConfigError, naming
 from ..files.places import require_writable
 from ..formats import PIPE, Written
+from ..mesh.any_cells import is_of_any_cells
 from ..passes import Observer
 from ..plans.config import Request, plan_for
 from ..report.model import Report
 from ..report.verdict import Verdict
 from ..validity import meant
-from .admission import InvalidMeshError, require_simplices
+from ..work.kinds import CELLS, SIMPLICES
+from .admission import InvalidMeshError, require_known_cells
 from .findings import verdict_on
 from .optimize import Result, optimize
 from .quality_arrays import with_quality, without_quality
@@ -131,15 +133,16 @@ def optimize_file(
         )  # fmt: skip
     try:
         with naming(task.input):
-            require_simplices(mesh)
+            require_known_cells(mesh)
             mesh = with_asked_regions(task.input, mesh, task.regions)
-        plan = plan_for(task.request, mesh.dimension())
+        kind = CELLS if is_of_any_cells(mesh) else SIMPLICES
+        plan = plan_for(task.request, mesh.dimension(), kind)
         encoding = formats.encoding_for(task.output, source.encoding, task.file_format, task.binary)
         clock.append(time.perf_counter())
         if prepare is not None:
             prepare(plan.kernels())
         with naming(task.input):
-            result = optimize(
+            result = _work_for(kind)(
                 mesh,
                 plan.pipeline,
                 plan.measure,
@@ -160,6 +163,15 @@ def optimize_file(
     times = (b - a for a, b in pairwise(clock))
     seconds = dict(zip(("read", "optimize", "write"), times, strict=True))
     return FileResult(result, report_of(source, result, seconds, written), written)
+
+
+def _work_for(kind: str) -> Callable[..., Result]:
+    """What optimizes a kind of mesh."""
+    if kind == SIMPLICES:
+        return optimize
+    from .optimize_cells import optimize_cells  # its kernels take their time to load
+
+    return optimize_cells
 
 
 def _allowed(request: Request, codes: tuple[str, ...]) -> tuple[str, ...]:

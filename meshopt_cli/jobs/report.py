@@ -105,6 +105,7 @@ def report_of(
         seconds,
         result.regions,
         source.lost + result.lost + (() if written is None else written.lost),
+        left_out=result.left_out,
     )
 
 

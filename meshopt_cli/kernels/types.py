@@ -59,12 +59,18 @@ J_REGION = 9
 J_ALIVE = 10
 
 
+# What the rows of a mesh are: simplices as they are, the simplices at the corners of solids, each
+# next to that of the ideal cell, or triangles and quads of the plane.
+SIMPLICES, CORNERS, FACES = range(3)
+
+
 class Judge(NamedTuple):
     """By what the quality of a cell is judged."""
 
     code: int  # of a measure, see `shape.simplex`
     lenience: float  # from 1 on: dihedral angles bound the q of a tet as well, which counts so
     # many times; 0: they do not
+    form: int = 0  # of what is judged: SIMPLICES, CORNERS or FACES
 
 
 class SimplexMesh(NamedTuple):
@@ -92,6 +98,36 @@ class SimplexMesh(NamedTuple):
     judge: Judge
     slides: bool  # whether some vertices of the boundary may move
     single: bool  # points are stored in single precision
+
+
+class CellMesh(NamedTuple):
+    """A mesh of any cells, whose connectivity stays.
+
+    Its rows are triangles and quads where d = 2, which need not be convex, and the corners of
+    solids where d = 3: simplices from a vertex to its neighbours along the edges.
+    """
+
+    points: np.ndarray  # (np, 3) float64, with z = 0 where d = 2
+    cells: np.ndarray  # (nr, d + 1) int64: vertices of each row; of a quad the first three
+    fourth: np.ndarray  # (nr,) int64: the fourth of a quad, -1 for all else
+    owner: np.ndarray  # (nr,) int64: the cell of each row
+    shape: np.ndarray  # (nr,) int64: number of its stretch
+    stretch: np.ndarray  # (k, 4, 3) float64: what is judged of a row are edges that are so much
+    # of those from its first vertex, so that it is regular where the cell is ideal; below, how high
+    # that vertex then is, and 1 over the scaled Jacobian: see `work.cells`
+    ball_start: np.ndarray  # (np + 1,) int64
+    ball: np.ndarray  # (n,) int64: handles `4 * row + local` at each vertex, local = 3 of a quad
+    # that of its fourth vertex
+    quality: np.ndarray  # (nr,) float64: q of each row
+    fixed: np.ndarray  # (np,) bool
+    vertex_clock: np.ndarray  # (np,) int64: sweep of the last change around it
+    state: np.ndarray  # (5,) int64: CLOCK and EDITION
+    judge: Judge
+    single: bool  # points are stored in single precision
+
+
+# What operators take that work on the star of a vertex, whichever mesh it is laid out from.
+AnyMesh = SimplexMesh | CellMesh
 
 
 class Journal(NamedTuple):
@@ -123,7 +159,7 @@ class Scratch(NamedTuple):
     facets: np.ndarray  # (4 * MAX_CREATED, 4) int64 facets waiting for their other side
     values: np.ndarray  # (MAX_BALL,) float64
     gradients: np.ndarray  # (MAX_BALL, 3) float64
-    star: np.ndarray  # (12, MAX_BALL + 8) float64 vertices of the facets of a ball: see `star`
+    star: np.ndarray  # (13, MAX_BALL + 8) float64 vertices of the facets of a ball: see `star`
     cell_mark: np.ndarray  # (capacity,) int64
     vertex_mark: np.ndarray  # (np,) int64
     stamp: np.ndarray  # (1,) int64: marks equal to it are set

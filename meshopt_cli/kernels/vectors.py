@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled.decorators import inlined
-from .types import SimplexMesh
+from .types import AnyMesh
 
 SQRT3 = math.sqrt(3.0)
 
@@ -94,7 +94,7 @@ def single(x: float) -> float:
 
 
 @inlined
-def rounded(mesh: SimplexMesh, p: Vec) -> Vec:
+def rounded(mesh: AnyMesh, p: Vec) -> Vec:
     """The point as it will be stored."""
     if mesh.single:
         return Vec(single(p.x), single(p.y), single(p.z))

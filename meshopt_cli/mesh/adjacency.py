@@ -12,7 +12,8 @@ from ..handles import DECLARED, INTERFACE, OUTER
 
 Array = np.ndarray
 
-SOME = 1 << 14  # cells whose facets are numbered at a time
+# Rows that are numbered at a time: what is made for them stays in the cache of the processor.
+SOME = 1 << 14
 
 
 def facet_table(cells: Array) -> Array:
@@ -33,11 +34,13 @@ def row_keys(rows: Array, n_points: int) -> Array:
     rows : (n, k) int64
         Vertices in [0, n_points); n_points to the power of k must fit.
     """
-    key = np.zeros(len(rows), dtype=np.int64)
-    for column in _ascending(rows):
-        key *= n_points
-        key += column
-    return key
+    keys = np.zeros(len(rows), dtype=np.int64)
+    for first in range(0, len(rows), SOME):
+        key = keys[first : first + SOME]
+        for column in _ascending(rows[first : first + SOME]):
+            key *= n_points
+            key += column
+    return keys
 
 
 def _ascending(rows: Array) -> list[Array]:
@@ -220,7 +223,6 @@ def _facet_ids(cells: Array, cuts: Array, n_points: int) -> tuple[Array, Array]:
     if not _fits(n_points, cuts.shape[1]):
         ids = row_ids(np.concatenate([facets(cells), cuts]), n_points)
         return ids[:n_facets], ids[n_facets:]
-    # Some cells at a time: what is made for them stays in the cache of the processor.
     ids = np.empty(n_facets, dtype=np.int64)
     for first in range(0, len(cells), SOME):
         some = cells[first : first + SOME]

@@ -124,8 +124,8 @@ def main_type(mesh: Mesh) -> str:
         curved = all(cell_type not in FAMILIES for cell_type in others)
         remedy = "save it with cells of first order" if curved else "cut them into simplices first"
         raise UnsupportedMeshError(
-            f"cells of type {', '.join(sorted(others))} cannot be optimized, only triangles in a "
-            "plane and tetrahedra can, all of them of first or all of second order: "
+            f"cells of type {', '.join(sorted(others))} cannot be optimized, only cells of first "
+            "order can, and triangles in a plane and tetrahedra that are all of second order: "
             f"{remedy}; meshopt check takes them as they are"
         )
     return SIMPLICES[dimension]

@@ -92,6 +92,13 @@ def area_vectors(points: Array, faces: Array) -> Array:
     return np.cross(*_diagonals(points, faces))
 
 
+def unit_normals(points: Array, faces: Array) -> Array:
+    """The same with length 1, 0 of faces without area."""
+    whole = area_vectors(points, faces)
+    length = norms(whole)[:, None]
+    return np.divide(whole, length, out=np.zeros_like(whole), where=length > 0.0)
+
+
 def flux(facets: Array) -> Array:
     """What each facet adds to the content that a closed boundary encloses, (n,).
 

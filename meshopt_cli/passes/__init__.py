@@ -8,17 +8,31 @@ from .base import Operator, Pass
 from .check import Check
 from .collapse import Collapse
 from .mend import Mend
+from .nonobtuse import NonObtuse
 from .odt import Odt
 from .relax import Relax
 from .repair import Repair
-from .run import SILENT, UNLIMITED, Budget, Observer, OutOfTimeError, Silent, Tally
+from .run import SILENT, UNLIMITED, Budget, Observer, OutOfTimeError, Silent, Tally, Work
 from .smooth import Smooth
 from .split import Split
 from .swap import Swap
 from .untangle import Untangle
 
 PASSES: dict[str, type[Pass]] = {
-    p.name: p for p in (Check, Repair, Untangle, Smooth, Swap, Collapse, Relax, Odt, Split, Mend)
+    p.name: p
+    for p in (
+        Check,
+        Repair,
+        Untangle,
+        Smooth,
+        Swap,
+        Collapse,
+        Relax,
+        Odt,
+        NonObtuse,
+        Split,
+        Mend,
+    )
 }
 
 
@@ -43,5 +57,6 @@ __all__ = [
     "Pass",
     "Silent",
     "Tally",
+    "Work",
     "option_rows",
 ]

@@ -11,8 +11,9 @@ import numpy as np
 
 from ..errors import ConfigError
 from ..kernels import accept as rules
+from ..work.kinds import SIMPLICES
 from ..work.session import Workspace
-from .run import SILENT, UNLIMITED, Budget, Observer, Run, Tally
+from .run import SILENT, UNLIMITED, Budget, Observer, Run, Tally, Work
 
 Array = np.ndarray
 
@@ -80,6 +81,7 @@ class Pass:
     summary: ClassVar[str] = ""
     kernels: ClassVar[tuple[str, ...]] = ()  # groups that its sweeps may call
     mends_tangles: ClassVar[bool] = False
+    works_on: ClassVar[tuple[str, ...]] = (SIMPLICES,)  # kinds of working meshes
 
     def __post_init__(self) -> None:
         self.validate()
@@ -110,9 +112,7 @@ class Pass:
         """Groups of kernels that are compiled before it runs, with these options."""
         return self.kernels
 
-    def run(
-        self, work: Workspace, observer: Observer = SILENT, budget: Budget = UNLIMITED
-    ) -> Tally:
+    def run(self, work: Work, observer: Observer = SILENT, budget: Budget = UNLIMITED) -> Tally:
         """Apply the pass to the mesh once.
 
         Raises
@@ -126,7 +126,14 @@ class Pass:
         run.tally.seconds = time.perf_counter() - start
         return run.tally
 
-    def sweep(self, work: Workspace, run: Run) -> None:
+    def left(self, work: Any) -> int:
+        """How much there is left to do, for a pass with another aim than quality.
+
+        A run that leaves less is the better one, where the worst Q is no higher for it.
+        """
+        return 0
+
+    def sweep(self, work: Any, run: Run) -> None:
         raise AssertionError("every pass has a sweep of its own")
 
 
@@ -160,13 +167,13 @@ class Operator(Pass):
     def rule(self) -> int:
         return ACCEPT[self.accept]
 
-    def least(self, work: Workspace) -> float:
+    def least(self, work: Work) -> float:
         """The q that the rule goes by: for the mean, no cell becomes the worst of all."""
         if self.rule == rules.MEAN:
             return max(self.least_quality, work.worst_of_all)
         return self.least_quality
 
-    def ordered(self, work: Workspace, entities: Array, quality: Array) -> Array:
+    def ordered(self, work: Work, entities: Array, quality: Array) -> Array:
         """The entities in the order of the visits; ties by number."""
         if self.order == "worst-first":
             return entities[np.argsort(quality, kind="stable")]

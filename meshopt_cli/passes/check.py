@@ -11,9 +11,10 @@ import numpy as np
 from ..errors import BadMeshError, InvariantError
 from ..kernels.audit import NOT_IN_BALL, NOT_MUTUAL, NOT_POSITIVE, NOT_SHARED, WHOLE, audit
 from ..kernels.shape.simplex import measure_cells
+from ..work.kinds import CELLS, SIMPLICES
 from ..work.session import Workspace
 from .base import Pass, option
-from .run import Run
+from .run import Run, Work
 
 FAULTS = {
     NOT_POSITIVE: "is flat or inverted",
@@ -29,13 +30,14 @@ class Check(Pass):
 
     name: ClassVar[str] = "check"
     summary: ClassVar[str] = "proves that the mesh is whole; changes nothing"
+    works_on: ClassVar[tuple[str, ...]] = (SIMPLICES, CELLS)
 
     inverted: str = option(
         "refused", "whether cells may be inverted or flat, because a later pass mends them",
         choices=("refused", "allowed"),
     )  # fmt: skip
 
-    def sweep(self, work: Workspace, run: Run) -> None:
+    def sweep(self, work: Work, run: Run) -> None:
         """Audit the mesh.
 
         Raises
@@ -45,13 +47,17 @@ class Check(Pass):
         InvariantError
             A cell breaks a promise of the operators.
         """
-        rows = work.living()
-        fault, cell = audit(work.mesh, 0.0 if self.inverted == "refused" else -math.inf)
-        if fault == NOT_POSITIVE and work.came_tangled:
+        refused = self.inverted == "refused"
+        if refused and work.came_tangled and work.standing().worst <= 0.0:
             raise BadMeshError(
                 "it has inverted or flat cells where the pass check refuses them: put untangle "
                 "before it, or set check.inverted=allowed"
             )
+        if not isinstance(work, Workspace):
+            work.require_fresh()
+            return
+        rows = work.living()
+        fault, cell = audit(work.mesh, 0.0 if refused else -math.inf)
         if fault != WHOLE:
             raise InvariantError(f"cell {cell} of the working mesh {FAULTS[fault]}")
         quality = np.empty(len(rows))

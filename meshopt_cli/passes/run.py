@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 
@@ -14,7 +14,11 @@ from ..kernels.types import N_VERDICTS, Verdict
 from ..work.session import Workspace
 from ..work.visits import chunks
 
+if TYPE_CHECKING:  # seldom met, and their kernels take their time to load
+    from ..work.cells import CellWork
+
 Array = np.ndarray
+Work: TypeAlias = "Workspace | CellWork"
 
 
 class Observer(Protocol):
@@ -111,7 +115,7 @@ class Run:
     observer: Observer
     budget: Budget
 
-    def visit(self, work: Workspace, order: Array, sweep: Callable[..., int], *how: Any) -> None:
+    def visit(self, work: Work, order: Array, sweep: Callable[..., int], *how: Any) -> None:
         """Sweep over entities in chunks, and make room for cells where it is short of it.
 
         Parameters
@@ -133,6 +137,7 @@ class Run:
                 done += sweep(work.mesh, chunk[done:], *how, work.scratch, self.tally.counts)
                 if done == len(chunk):
                     break
+                assert isinstance(work, Workspace)  # nothing else runs short of room
                 work.grow()
             self.observer.advanced(len(chunk))
             self.budget.check()

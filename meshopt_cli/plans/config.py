@@ -11,6 +11,7 @@ from ..errors import ConfigError, hint
 from ..passes import PASSES, Pass
 from ..passes.repair import Repair
 from ..quality.measures import DEFAULT_MEASURE, Measure, measure_named
+from ..work.kinds import CELLS, SIMPLICES
 from .pipeline import Pipeline
 from .presets import DEFAULT_PRESET, preset_named
 from .ranges import RANGES, quoted
@@ -29,6 +30,10 @@ KEYS: dict[str, type | tuple[type, ...]] = {
 STOPS = ("rounds", "gain", "target-quality")
 NUMBERS = (*STOPS, "time-limit")
 KEYS |= {key: int if RANGES[key].is_whole else (int, float) for key in NUMBERS}
+
+
+# By what a mesh is judged where no measure is named.
+DEFAULTS = {SIMPLICES: DEFAULT_MEASURE, CELLS: "scaled-jacobian"}
 
 
 @dataclass(frozen=True)
@@ -56,28 +61,36 @@ class Plan:
         Whether it is for more than that measure tells, so that a report tells the others too.
     allow : tuple of str
         Codes, or prefixes of codes, of the rules that the mesh may break.
+    kind : str
+        Of the working mesh.
     """
 
     pipeline: Pipeline
     measure: Measure
     all_measures: bool = False
     allow: tuple[str, ...] = ()
+    kind: str = SIMPLICES
 
     def kernels(self) -> list[str]:
         """Groups of kernels that a run needs."""
+        if self.kind == CELLS:
+            return ["basic", CELLS, "global"]
         passes = self.pipeline.passes()
         return list(
             dict.fromkeys(("basic", *(group for p in passes for group in p.needed_kernels())))
         )
 
 
-def plan_for(request: Request, dimension: int = 3) -> Plan:
+def plan_for(request: Request, dimension: int = 3, kind: str = SIMPLICES) -> Plan:
     """Put options, pipeline file and preset together; options win over the file.
 
     Parameters
     ----------
     dimension : int
         Of the mesh; presets have other thresholds in the plane.
+    kind : str
+        Of the working mesh; presets have other passes for cells that are no simplices, and they
+        are judged by another measure where none is named.
 
     Raises
     ------
@@ -90,22 +103,22 @@ def plan_for(request: Request, dimension: int = 3) -> Plan:
     if request.passes == ():
         raise ConfigError("--passes: no pass is named")
     if request.config is None:
-        plan = _plan({}, request, dimension)
+        plan = _plan({}, request, dimension, kind)
     else:
         values = load(request.config)
         try:
-            plan = _plan(values, request, dimension)
+            plan = _plan(values, request, dimension, kind)
         except ConfigError as error:
             raise ConfigError(f"{request.config}: {error}") from error
     return replace(plan, pipeline=with_settings(plan.pipeline, request.settings))
 
 
-def _plan(values: dict[str, Any], request: Request, dimension: int) -> Plan:
+def _plan(values: dict[str, Any], request: Request, dimension: int, kind: str) -> Plan:
     """The plan of a file's values, over which the options win."""
     for key in ("measure", "rounds", "target-quality", "time-limit", "allow"):
         if (value := getattr(request, key.replace("-", "_"))) is not None:
             values[key] = value
-    measure = measure_named(values.get("measure", DEFAULT_MEASURE))
+    measure = measure_named(values.get("measure", DEFAULTS[kind]))
     if not measure.drives:
         raise ConfigError(f"measure {measure.name} is for reports and gates: it cannot steer")
     preset = preset_named(request.preset or values.get("preset", DEFAULT_PRESET))
@@ -126,13 +139,13 @@ def _plan(values: dict[str, Any], request: Request, dimension: int) -> Plan:
         steps = [_pass(table, "pass") for table in values.get("pass", [])]
         stages = (before, Repeat(_sequence(steps, repairs), stop)) if steps else (before,)
     else:
-        name, stages = preset.name, preset.build(stop, dimension)
+        name, stages = preset.name, preset.stages(stop, dimension, kind)
         all_measures = preset.all_measures
     limit = values.get("time-limit", math.inf)
     allow = tuple(values.get("allow", ()))
     if not all(isinstance(code, str) for code in allow):
         raise ConfigError("allow has a value of a wrong kind: it must be a list of codes")
-    return Plan(Pipeline(name, stages, limit, tuple(repairs)), measure, all_measures, allow)
+    return Plan(Pipeline(name, stages, limit, tuple(repairs)), measure, all_measures, allow, kind)
 
 
 def _sequence(steps: list[Pass], repairs: list[Repair]) -> Sequence:

@@ -69,6 +69,7 @@ def improve(
     """
     # No name holds the working mesh here: the run may go back to a copy, and let go of it.
     outcome = pipeline.run(_workspace(part, judge, target, patches, bounds), observer)
+    assert isinstance(outcome.work, Workspace)
     better, origin = outcome.work.result()
     return Worked(better, origin, tuple(outcome.lines), outcome.stopped)
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from ..passes import SILENT, Budget, Observer, OutOfTimeError, Pass
+from ..passes import SILENT, Budget, Observer, OutOfTimeError, Pass, Work
 from ..passes.check import Check
 from ..passes.repair import Repair
-from ..work.session import Workspace
 from .stages import Change, Outcome, Stage
 from .stop import NOTHING_TO_GAIN, TANGLED, TIME_IS_UP, gain
 
@@ -51,19 +50,21 @@ class Pipeline:
         stages = tuple(stage.mapped(change) for stage in self.stages)
         return replace(self, stages=stages, repairs=repairs)
 
-    def run(self, work: Workspace, observer: Observer | None = None) -> Outcome:
+    def run(self, work: Work, observer: Observer | None = None) -> Outcome:
         """Optimize a mesh in place of a copy of it.
 
         Returns
         -------
         outcome : Outcome
-            Its mesh is never worse than `work` was: worst Q first, then mean Q.
+            Its mesh is never worse than `work` was: worst Q first, then what passes count that
+            have an aim of their own, then mean Q.
 
         Raises
         ------
         InvariantError
             An operator broke the mesh.
         """
+        work.aim_at(tuple(step.left for step in dict.fromkeys(self.passes())))
         outcome = Outcome(work, observer or SILENT, Budget.of(self.time_limit))
         untouched, before = work.copy(), work.standing()
         del work  # held by the outcome, until that goes back to a copy

@@ -25,6 +25,8 @@ from ..passes.smooth import Smooth
 from ..passes.split import Split
 from ..passes.swap import Swap
 from ..passes.untangle import Untangle
+from ..work.kinds import CELLS
+from . import cells
 from .angles import WithAngles
 from .stages import Chain, Repeat, Sequence, Stage, UpTo
 from .stop import Stop
@@ -44,6 +46,8 @@ class Preset:
     ----------
     stops : dict of int to Stop
         The criteria for each dimension, where the user says nothing.
+    cells : function of Stop
+        The same for meshes of any cells.
     all_measures : bool
         Whether it is for more than one measure, so that a report tells the others too.
     """
@@ -52,7 +56,12 @@ class Preset:
     summary: str
     stops: dict[int, Stop]
     build: Callable[[Stop, int], tuple[Stage, ...]]
+    cells: Callable[[Stop], tuple[Stage, ...]]
     all_measures: bool = False
+
+    def stages(self, stop: Stop, dimension: int, kind: str) -> tuple[Stage, ...]:
+        """Its stages for a kind of working mesh."""
+        return self.cells(stop) if kind == CELLS else self.build(stop, dimension)
 
 
 def _audited(*stages: Stage) -> tuple[Stage, ...]:
@@ -260,6 +269,7 @@ PRESETS: dict[str, Preset] = {
             "relocation, in the plane all over the mesh, then a few rounds of swap and smooth",
             _FAST,
             _fast,
+            cells.fast,
         ),
         Preset(
             "standard",
@@ -267,12 +277,14 @@ PRESETS: dict[str, Preset] = {
             "then a better mean",
             _FEW,
             _standard,
+            cells.standard,
         ),
         Preset(
             "best",
             "as standard, then the worst cells one by one, with vertices where they help",
             _FEW,
             _best,
+            cells.best,
             all_measures=True,
         ),
     )

@@ -10,8 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
-from ..passes import SILENT, UNLIMITED, Budget, Observer, Pass, Tally
-from ..work.session import Workspace
+from ..passes import SILENT, UNLIMITED, Budget, Observer, Pass, Tally, Work
 from ..work.standing import Standing
 from .guard import Guard
 from .stop import DONE, ROUNDS_DONE, Stop
@@ -28,12 +27,13 @@ class Line:
 
 @dataclass
 class Outcome:
-    """The mesh of a run, what every pass did, and why it ended."""
+    """The mesh of a run, what every pass did, which were left out, and why it ended."""
 
-    work: Workspace
+    work: Work
     observer: Observer = SILENT
     budget: Budget = UNLIMITED
     lines: list[Line] = field(default_factory=list)
+    left_out: list[str] = field(default_factory=list)  # passes that are not for such a mesh
     stopped: str = DONE
 
 
@@ -66,6 +66,10 @@ class Sequence:
 
     def run(self, outcome: Outcome, round: int = 0) -> None:
         for step in self.steps:
+            if outcome.work.kind not in step.works_on:
+                if step.name not in outcome.left_out:
+                    outcome.left_out.append(step.name)
+                continue
             tally = step.run(outcome.work, outcome.observer, outcome.budget)
             outcome.lines.append(Line(round, tally, outcome.work.judged()))
 

@@ -27,7 +27,7 @@ class Stop:
         At most so many rounds.
     gain : float
         End when a round lowers neither the worst Q, nor the mean Q, nor the mean Q of the
-        worst hundredth of the cells by this part of it.
+        worst hundredth of the cells, nor what passes have left to do by this part of it.
     target_quality : float
         End when the worst Q is at most this; 1 never ends.
     """
@@ -55,11 +55,15 @@ class Stop:
 
 
 def gain(before: Standing, after: Standing) -> float:
-    """The largest of what the worst Q, the mean Q and its tail lost, each as a part of itself."""
+    """The largest of what the worst Q, the mean Q, its tail and what is left to do lost.
+
+    Each as a part of itself.
+    """
     if after.worst <= 0.0 or before.worst <= 0.0:
         return float("inf") if after.worst > before.worst else 0.0
     return max(
         1.0 - before.worst / after.worst,
         1.0 - after.mean / before.mean,
         1.0 - after.tail / before.tail,
+        (before.left - after.left) / max(before.left, 1),
     )

@@ -15,6 +15,7 @@ from ..kernels.gather.edges import LEAST, N_KINDS, RIM, count_degrees, count_end
 from ..kernels.shape.angles import angle_sums
 from ..kernels.shape.obtuse import count_obtuse
 from ..mesh import degrees
+from ..mesh.borders import Bordered, of_mesh, of_simplices
 from ..mesh.cast import Simplices
 from ..mesh.constrained import are_constrained, between_bound, constrained_edges
 from ..mesh.facets import CellSet
@@ -22,7 +23,6 @@ from ..mesh.model import Array, Mesh
 from ..mesh.plane import in_plane, precision_of, with_depth
 from ..mesh.quads import QuadCase, corner_areas, quad_cases, signs_of
 from ..mesh.sizes import contents
-from .borders import Bordered, of_mesh, of_simplices
 
 # The kinds of edges of solids, by the angles that they claim: below RIM in number.
 _ANGLES = sorted({a for name, row in FAMILIES.items() if row.dimension == 3

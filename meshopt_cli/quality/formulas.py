@@ -21,6 +21,7 @@ from ..mesh.sizes import (
     facet_normals,
     norms,
     triple,
+    unit_normals,
 )
 
 
@@ -102,6 +103,31 @@ def edge_share(points: Array, cells: Array, family: str) -> Array:
     lengths = _edges(points, cells, family)
     longest = lengths.max(axis=1)
     return np.divide(lengths.min(axis=1), longest, out=np.zeros(len(cells)), where=longest > 0.0)
+
+
+def scaled_jacobian(points: Array, cells: Array, family: str) -> Array:
+    """Q of cells that are no simplices: 1 over the least Jacobian of a corner by its edges, next
+    to that of the ideal cell; infinite where a corner is not positive."""
+    row = FAMILIES[family]
+    least = np.ones(len(cells))  # the base of a pyramid may have better corners than the ideal one
+    for corner in row.corners:
+        ideal = row.reference[corner[1:]] - row.reference[corner[0]]
+        edges = points[cells[:, corner[1:]]] - points[cells[:, corner[:1]]]
+        if row.dimension == 3:
+            size, unit = triple(edges[:, 0], edges[:, 1], edges[:, 2]), np.linalg.det(ideal)
+        else:
+            size = np.einsum(
+                "ij,ij->i", np.cross(edges[:, 0], edges[:, 1]), unit_normals(points, cells)
+            )
+            unit = 1.0
+        lengths = norms(edges).prod(axis=1)
+        sines = np.divide(size, lengths, out=np.zeros(len(cells)), where=lengths > 0.0)
+        if row.dimension == 3:
+            sines[contents(points, cells, family) < 0.0] *= -1.0
+        least = np.minimum(least, sines / unit)
+    result = np.full(len(cells), np.inf)
+    with np.errstate(over="ignore"):
+        return np.divide(1.0, least, out=result, where=least > 0.0)
 
 
 def radius_diameter(points: Array, cells: Array, family: str) -> Array:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..cells import FAMILIES, SIMPLICES
+from ..cells import FAMILIES, stretch_of
 from ..kernels.shape.simplex import measure_cells
 from ..mesh.model import Array
 from ..mesh.sizes import area_vectors, contents, unfolded
@@ -66,27 +66,13 @@ def least_quality(
 
 def _next_to_ideal(points: Array, cells: Array, family: str, simplex: Array) -> Array:
     """What the stretched simplex becomes where the ideal cell becomes each cell, (n, d + 1, 3)."""
-    d = FAMILIES[family].dimension
-    ideal = _edges(FAMILIES[family].reference[simplex])[:, :d]
-    stretched = ideal @ _stretch(ideal) @ np.linalg.inv(ideal)
     corners = points[cells[:, simplex]]
     result = np.zeros_like(corners)
-    result[:, 1:] = np.einsum("ij,njk->nik", stretched, corners[:, 1:] - corners[:, :1])
-    if d == 3:
+    edges = corners[:, 1:] - corners[:, :1]
+    result[:, 1:] = np.einsum("ij,njk->nik", stretch_of(family, simplex), edges)
+    if FAMILIES[family].dimension == 3:
         result[contents(points, cells, family) < 0.0] *= -1.0
     return result
-
-
-def _stretch(ideal: Array) -> Array:
-    """The symmetric map that makes a simplex regular, given by its edges from one vertex."""
-    d = len(ideal)
-    along = np.linalg.inv(ideal) @ _edges(FAMILIES[SIMPLICES[d]].reference)[:, :d]
-    squares, axes = np.linalg.eigh(along @ along.T)
-    return (axes * np.sqrt(squares)) @ axes.T
-
-
-def _edges(corners: Array) -> Array:
-    return corners[1:] - corners[:1]
 
 
 def worst_part(judge: Judge, points: Array, cells: Array, family: str) -> Array:

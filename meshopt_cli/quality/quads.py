@@ -11,11 +11,10 @@ import math
 
 import numpy as np
 
-from ..cells import FAMILIES
+from ..cells import FAMILIES, QUAD_ALPHA
 from ..mesh.model import Array
-from ..mesh.sizes import angles_between, area_vectors, norms
+from ..mesh.sizes import angles_between, area_vectors, norms, unit_normals
 
-ALPHA = math.sqrt(2.0) / 8.0  # of (18.10): 1 for a square
 HALF_SQUARE = 4.0 * (math.sqrt(2.0) + 1.0)  # longest side times perimeter by the area
 
 # The four triangles of Figure 18.1, of one division and of the other; in each division the
@@ -32,7 +31,7 @@ def aspect(points: Array, cells: Array, family: str) -> Array:
     """Q of quads, alpha h_max h_s / S_min, infinite unless they are convex (18.10)."""
     lengths = _lengths(points, cells, _SIDES)
     longest = np.maximum(lengths.max(axis=1), _lengths(points, cells, _DIAGONALS).max(axis=1))
-    return _over(ALPHA * longest * norms(lengths), _areas(points, cells).min(axis=1))
+    return _over(QUAD_ALPHA * longest * norms(lengths), _areas(points, cells).min(axis=1))
 
 
 def worst_triangle(points: Array, cells: Array, family: str) -> Array:
@@ -52,9 +51,7 @@ def _lengths(points: Array, cells: Array, ends: Array) -> Array:
 
 def _areas(points: Array, cells: Array) -> Array:
     """Areas of the four triangles of quads, (n, 4), below 0 where they turn the other way."""
-    whole = area_vectors(points, cells)
-    length = norms(whole)[:, None]
-    normal = np.divide(whole, length, out=np.zeros_like(whole), where=length > 0.0)
+    normal = unit_normals(points, cells)
     triangles = [area_vectors(points, cells[:, corners]) for corners in _TRIANGLES]
     return np.stack([np.einsum("ij,ij->i", t, normal) for t in triangles], axis=1) / 2.0
 

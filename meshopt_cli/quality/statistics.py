@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +13,6 @@ from ..errors import ConfigError, hint
 from ..mesh.model import Array
 from .measurable import Part
 from .measures import QUALITIES, Measure
-from .verdict.table import every_measure
 
 ALL = "all"  # names every measure that some cell of a mesh has
 
@@ -56,6 +54,8 @@ def measures_named(names: Iterable[str]) -> tuple[Measure, ...]:
     ConfigError
         There is no measure of a name.
     """
+    from .verdict.table import every_measure  # seldom needed
+
     known, wanted = every_measure(), tuple(names)
     for name in wanted:
         if name != ALL and name not in known:
@@ -74,6 +74,8 @@ def statistics(part: Part, measures: Iterable[Measure]) -> tuple[Statistic, ...]
 
     def told(one: tuple[Measure, str]) -> Statistic:
         return statistic(*one, values_of(part, *one))
+
+    from concurrent.futures import ThreadPoolExecutor  # seldom needed
 
     with ThreadPoolExecutor(n_cores()) as pool:  # numpy lets several work at once
         return tuple(pool.map(told, asked))

@@ -115,6 +115,7 @@ def report_dict(report: Report) -> dict[str, Any]:
         "stopped": report.stopped or None,
         "seconds": report.seconds,
         "lost": list(report.lost),
+        "left_out": list(report.left_out),
     }
     return result
 

@@ -49,16 +49,17 @@ class Report:
     seconds: dict[str, float] = field(default_factory=dict)
     regions: Regions = Regions((), 1)  # noqa: RUF009 (a frozen value)
     lost: tuple[str, ...] = ()  # what did not go over, on reading, working or writing
+    left_out: tuple[str, ...] = ()  # passes that are for other cells
     statistics: tuple[Statistic, ...] = ()  # of the measures that were asked for
 
     @property
     def title(self) -> str:
         """The line above the table: file, cells, vertices, measure."""
         summary = self.before
+        source = f" ({summary.equation})" if summary.equation else ""
         return (
             f"{shown(Path(self.input.path).name)}: {_cells_of(summary)}, "
-            f"{summary.n_points:,} vertices, {summary.measure.replace('-', ' ')} "
-            f"({summary.equation})"
+            f"{summary.n_points:,} vertices, {summary.measure.replace('-', ' ')}{source}"
         )
 
 

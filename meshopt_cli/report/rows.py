@@ -54,7 +54,12 @@ def named_rows(report: Report) -> list[tuple[str, Summary]]:
     if report.after is None:
         own = [(FAMILIES[part.family].plural, part) for part in report.before.parts]
         return [*own, ("all" if own else "mesh", report.before)]
-    return [("before", report.before), ("after", report.after)]
+    rows = []
+    for before, after in zip(report.before.parts, report.after.parts, strict=True):
+        kind = FAMILIES[before.family].plural
+        rows += [(f"{kind} before", before), (f"{kind} after", after)]
+    of_all = "all " if rows else ""
+    return [*rows, (f"{of_all}before", report.before), (f"{of_all}after", report.after)]
 
 
 MEASURE_HEADINGS = ("measure", "of", "least", "mean", "greatest", "ideal", "unit", "infinite")
@@ -114,6 +119,9 @@ def closing_lines(report: Report) -> list[str]:
     by, several = report.regions.arrays, report.regions.count > 1
     regions = [f"{report.regions.count:,} regions, by {shown(' and '.join(by))}"] * several
     lost = ["lost: " + ", ".join(report.lost)] * bool(report.lost)
+    if report.left_out:
+        passes = ", ".join(report.left_out)
+        lost.append(f"left out: {passes}, for the connectivity of these cells stays")
     if report.after is None:
         return [angles, *room, *regions, *lost]
     change = report.after.n_points - report.before.n_points

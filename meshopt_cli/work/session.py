@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from dataclasses import replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ..boundary.patches import Patches
+from ..cells import FAMILIES
+from ..cells import SIMPLICES as SIMPLEX_NAMES
 from ..handles import OUTER
+from ..kernels.operators.relocate import sweep_relocation
 from ..kernels.shape.simplex import measure_cells
 from ..kernels.types import CLOCK, EDITION, N_CELLS, N_FREE, N_POINTS, Judge
 from ..mesh import adjacency
@@ -17,6 +20,7 @@ from ..mesh.cast import Simplices
 from ..mesh.order import hilbert
 from . import storage, visits
 from .bounds import Bounds
+from .kinds import SIMPLICES
 from .standing import Standing, standing_of
 from .storage import inverse
 
@@ -28,6 +32,10 @@ class Workspace:
 
     Attributes
     ----------
+    kind : str
+        Tells it from `CellWork`.
+    relocation : callable
+        The kernel that relocates vertices.
     mesh : SimplexMesh
         Arrays of the kernels. They may be replaced by larger ones: ask for them anew.
     scratch : Scratch
@@ -52,6 +60,9 @@ class Workspace:
         stand near each other in memory where they are near in space.
     """
 
+    kind: ClassVar[str] = SIMPLICES
+    relocation = staticmethod(sweep_relocation)
+
     def __init__(
         self,
         source: Simplices,
@@ -71,6 +82,7 @@ class Workspace:
         self.visits: dict[Hashable, Any] = {}
         # By the edition of the mesh and the judge; replaced, never written into.
         self._standings: dict[tuple[int, Judge], Standing] = {}
+        self._aims: tuple[Callable[[Workspace], int], ...] = ()
         self.came_tangled = self.standing().worst <= 0.0
 
     # What is there -------------------------------------------------------------------
@@ -154,14 +166,20 @@ class Workspace:
         """How good the mesh is, by the judge of the run."""
         return self._standing_by(self.judge)
 
+    def aim_at(self, aims: tuple[Callable[[Workspace], int], ...]) -> None:
+        """Let other aims than quality count: each tells how much there is left to do for it."""
+        self._aims = aims
+        self._standings = {}
+
     def _standing_by(self, judge: Judge) -> Standing:
         """How good the mesh is as a judge sees it; looked for again where it has changed only."""
         edition = int(self.mesh.state[EDITION])
         if (edition, judge) not in self._standings:
             steers = judge == self.mesh.judge
             q = self.quality(self.living()) if steers else self._measured(judge)
+            left = sum(aim(self) for aim in self._aims)
             others = {key: at for key, at in self._standings.items() if key[0] == edition}
-            self._standings = {**others, (edition, judge): standing_of(q)}
+            self._standings = {**others, (edition, judge): standing_of(q, left)}
         return self._standings[edition, judge]
 
     @property
@@ -236,6 +254,24 @@ class Workspace:
         twin.mesh = storage.copied(self.mesh)
         twin.visits = dict(self.visits)
         return twin
+
+    def smoothed(self) -> Array:
+        """Where all vertices at once go so that no cell is folded over, (np, 3)."""
+        from .foldover import relocate_all  # seldom needed
+
+        cells = self.corners(self.living())
+        regular = FAMILIES[SIMPLEX_NAMES[self.dimension]].reference
+        shapes = np.linalg.inv((regular[1:] - regular[0])[:, : self.dimension].T)[None]
+        kinds = np.zeros(len(cells), np.int64)
+        return relocate_all(self.mesh.points, cells, shapes, kinds, self.mesh.fixed)[0]
+
+    def move(self, points: Array) -> None:
+        """Put all vertices where they are to be, (np, 3)."""
+        self.next_sweep()
+        self.mesh.vertex_clock[np.any(points != self.mesh.points, axis=1)] = self.clock
+        self.mesh.points[:] = points
+        self.mesh.state[EDITION] += 1
+        self.mesh.quality[self.living()] = self._measured(self.mesh.judge)
 
     def grow(self) -> None:
         """Make room for more cells."""

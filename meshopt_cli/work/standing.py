@@ -15,20 +15,28 @@ TAIL = 0.1
 
 @dataclass(frozen=True)
 class Standing:
-    """How good a mesh is: the worst q decides, then the mean Q.
+    """How good a mesh is: the worst q decides, then what is left to do, then the mean Q.
 
-    `tail` is the mean Q of the worst hundredth of the cells: it shows progress that neither
-    the worst cell nor the mean of all does.
+    Attributes
+    ----------
+    tail : float
+        Mean Q of the worst hundredth of the cells: it shows progress that neither the worst cell
+        nor the mean of all does.
+    left : int
+        What passes that have another aim than quality leave to do: see `Workspace.aim_at`.
     """
 
     worst: float
     mean: float
     tail: float
+    left: int = 0
 
     def is_better_than(self, other: Standing) -> bool:
         """Whether this is a real gain, rounding noise left aside."""
         if abs(self.worst - other.worst) > 1e-9:
             return self.worst > other.worst
+        if self.left != other.left:
+            return self.left < other.left
         return self.mean < other.mean - 1e-9
 
     @property
@@ -37,12 +45,12 @@ class Standing:
         return self.mean + TAIL * self.tail
 
 
-def standing_of(q: Array) -> Standing:
-    """The standing of cells with these q, (n,) float64."""
+def standing_of(q: Array, left: int = 0) -> Standing:
+    """The standing of cells with these q, (n,) float64, and what is left to do."""
     worst = float(q.min())
     if worst <= 0.0:
-        return Standing(worst, math.inf, math.inf)
+        return Standing(worst, math.inf, math.inf, left)
     n_tail = max(len(q) // 100, min(len(q), 10))
     tail = np.partition(q, n_tail - 1)[:n_tail]
     with np.errstate(over="ignore"):
-        return Standing(worst, float(np.mean(1.0 / q)), float(np.mean(1.0 / tail)))
+        return Standing(worst, float(np.mean(1.0 / q)), float(np.mean(1.0 / tail)), left)

@@ -15,6 +15,7 @@ from ..kernels.types import (
     MAX_CREATED,
     MAX_KEPT,
     MAX_SHELL,
+    AnyMesh,
     Journal,
     Judge,
     Scratch,
@@ -153,7 +154,7 @@ def _extended(array: Array, capacity: int, fill: float) -> Array:
     return result
 
 
-def new_scratch(mesh: SimplexMesh) -> Scratch:
+def new_scratch(mesh: AnyMesh) -> Scratch:
     """Working space for a mesh with arrays of that size."""
     capacity, n_points = len(mesh.cells), len(mesh.points)
     return Scratch(
@@ -169,7 +170,7 @@ def new_scratch(mesh: SimplexMesh) -> Scratch:
         values=np.zeros(MAX_BALL),
         gradients=np.zeros((MAX_BALL, 3)),
         # Rows a power of two apart would share a few lines of the cache.
-        star=np.zeros((12, MAX_BALL + 8)),
+        star=np.zeros((13, MAX_BALL + 8)),
         cell_mark=np.zeros(capacity, dtype=np.int64),
         vertex_mark=np.zeros(n_points, dtype=np.int64),
         stamp=np.zeros(1, dtype=np.int64),

@@ -57,7 +57,7 @@ def test_a_grid_is_checked(meshopt, tmp_path):
     path.write_text(IMAGE)
     ran = meshopt("check", path)
     assert (ran.status, ran.out) == (0, f"{path}: valid\n")
-    assert meshopt("optimize", path, tmp_path / "out.vtu").status == 3
+    assert meshopt("optimize", path, tmp_path / "out.vtu").status == 0
 
 
 @pytest.mark.parametrize("arguments", [["out.vtp"], ["--in-place"]])

@@ -12,7 +12,11 @@ from meshopt_cli import formats, warmup
 from meshopt_cli.cli.entry import status_of
 from meshopt_cli.compiled import decorators, ways, words
 from meshopt_cli.validity import boundary, overlap
-from support.meshes import tet_grid
+from meshopt_cli.work.foldover import relocate_all
+from support.corners import corners, thrown
+from support.edits import shaken
+from support.files import write
+from support.meshes import hex_grid, tet_grid, tri_grid
 
 pytestmark = pytest.mark.skipif(ways.INTERPRETED, reason="kernels are interpreted")
 
@@ -60,6 +64,8 @@ def test_examples_are_what_kernels_are_called_with(samples, tmp_path, called, wo
     mesh.point_data["height"] = mesh.points[:, 2].copy()
     mesh.points[np.all((mesh.points > 0.1) & (mesh.points < 0.9), axis=1)] *= 0.8
     formats.write(raw, mesh, formats.FORMATS["vtu"].default)
+    boxes = write(tmp_path / "boxes.vtu", shaken(hex_grid(3)))
+    flat = write(tmp_path / "flat.vtu", shaken(tri_grid(8), 0.45))
     constrained = ["--passes", "split", "--set", "split.constrained=0.5"]
     for arguments in (
         ["optimize", samples / "raw_ball.mesh", tmp_path / "out.mesh", "--preset", "best"],
@@ -69,9 +75,12 @@ def test_examples_are_what_kernels_are_called_with(samples, tmp_path, called, wo
         ["optimize", samples / "plate.vtu", tmp_path / "out.vtu", "--passes", "mend,collapse"],
         ["optimize", raw, tmp_path / "out.vtu", "--passes", "smooth"],
         ["optimize", raw, tmp_path / "out.vtu", *constrained],
+        ["optimize", flat, tmp_path / "out.vtu", "--passes", "nonobtuse"],
+        ["optimize", boxes, tmp_path / "out.vtu"],
         ["report", raw],
         ["check", raw],
     ):
         assert status_of([*map(str, arguments), "-q"]) == 0
+    assert relocate_all(*corners(thrown(tet_grid(3))))[1].n_bad_after == 0
     expected = {entry.py_func: {words.flatten(entry.example(work))[0]} for entry in ENTRIES}
     assert {kernel: called.get(kernel, set()) for kernel in expected} == expected

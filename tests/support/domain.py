@@ -169,6 +169,13 @@ def _contents(part):
     return lengths, np.stack(areas, axis=1)
 
 
+def _products(part):
+    """Product of the lengths of the edges at each corner."""
+    corners = part.points[part.cells]
+    apart = np.linalg.norm(corners[:, :, None] - corners[:, None], axis=3)
+    return np.where(np.eye(corners.shape[1], dtype=bool), 1.0, apart).prod(axis=2)
+
+
 def _circumradii(part):
     corners = part.points[part.cells]
     edges = corners[:, 1:] - corners[:, :1]
@@ -196,6 +203,7 @@ def worst_q(part, measure):
         "radius-ratio": lambda: volume / facets.sum(axis=1) / _circumradii(part),
         "volume-area": lambda: volume ** (2 * d - 2) / (facets**2).sum(axis=1) ** d,
         "mean-edge": lambda: volume / lengths.mean(axis=1) ** d,
+        "scaled-jacobian": lambda: volume / _products(part).max(axis=1),
         "angle-min": lambda: judge.angles(part).min(axis=1),
         "angle-max": lambda: 180.0 - judge.angles(part).max(axis=1),
         "solid-angle-min": lambda: _solid_angles(part),

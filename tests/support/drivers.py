@@ -5,16 +5,20 @@ from __future__ import annotations
 from meshopt_cli.compiled.decorators import entry
 from meshopt_cli.kernels.gather import ball, star
 from meshopt_cli.kernels.operators import (
+    clear,
     collapse,
     face_removal,
     flip,
+    foldover,
     insert,
+    nonobtuse,
     odt,
     relocate,
     ring,
     swap,
 )
-from meshopt_cli.kernels.shape import classify
+from meshopt_cli.kernels.shape import classify, lack
+from meshopt_cli.kernels.vectors import at
 
 
 @entry
@@ -128,3 +132,39 @@ def measured_star(mesh, vertex, p, scratch):
 def do_insertion(mesh, plan, scratch):
     """`apply_insertion` for Python."""
     insert.apply_insertion(mesh, plan, scratch)
+
+
+@entry
+def energy_of(body, points, how, gradient):
+    """`energy_at` for Python."""
+    return foldover.energy_at(body, points, how, gradient)
+
+
+@entry
+def extreme_angles(points, a, b, c):
+    """`extremes` of three points for Python."""
+    return lack.extremes(at(points, a), at(points, b), at(points, c))
+
+
+@entry
+def plan_placing(mesh, vertex, wants, scratch):
+    """`simulate_placing` for Python."""
+    return nonobtuse.simulate_placing(mesh, vertex, wants, scratch)
+
+
+@entry
+def do_turn(mesh, cell, local, wants, scratch):
+    """`turn` for Python."""
+    return nonobtuse.turn(mesh, cell, local, wants, scratch)
+
+
+@entry
+def do_split_vertex(mesh, cell, local, behind, n, scratch):
+    """`split_vertex` for Python."""
+    return clear.split_vertex(mesh, cell, local, behind, n, scratch)
+
+
+@entry
+def do_clear(mesh, cell, how, scratch):
+    """`clear` for Python; whether anything paid."""
+    return clear.clear(mesh, cell, how, 0, scratch) >= 0

@@ -15,7 +15,7 @@ from ..sniff import GmshHeader, UnreadableError
 from .entities import Entities
 from .mixed import SHORT, MixedRows, take_mixed
 from .numbers import COUNT, INTEGER, Numbers, TruncatedError
-from .types import Element, known_elements
+from .types import Element, element_of
 
 _GHOSTS = "the ghost cells of partitions"
 
@@ -85,7 +85,7 @@ def read_elements(content: bytes, header: GmshHeader, entities: Entities) -> Ele
 
 
 def _element(code: int) -> Element:
-    element = known_elements().get(code)
+    element = element_of(code)
     if element is None or not element.n_nodes:
         raise UnreadableError(
             f"elements of type {element.name if element else code} are not supported"

@@ -15,7 +15,7 @@ import numpy as np
 from ...mesh.model import Array
 from ..sniff import GmshHeader
 from .numbers import Numbers
-from .types import Element, known_elements
+from .types import Element, element_of
 
 SHORT = 16  # rows that are alike: from so few on, those that follow are taken as mixed ones
 _MOST = 1 << 16  # rows at a time, which bounds the memory it takes
@@ -52,7 +52,8 @@ def take_mixed(numbers: Numbers, most: int, header: GmshHeader) -> Iterator[Mixe
     starts = starts[:-1]
     ends = [0, *(np.flatnonzero(np.diff(codes)) + 1).tolist(), len(codes)] if len(codes) else []
     for first, last in pairwise(ends):
-        element = known_elements()[int(codes[first])]
+        element = element_of(int(codes[first]))
+        assert element is not None  # as it was walked over
         at, n_tags = starts[first:last], counts[first:last]
         places = (at + lead)[:, None] + np.arange(_N_TAGS)
         tags = found[np.minimum(places, len(found) - 1)].astype(np.int64)
@@ -64,7 +65,6 @@ def take_mixed(numbers: Numbers, most: int, header: GmshHeader) -> Iterator[Mixe
 
 def _walked(found: Array, most: int, text: bool, lead: int) -> tuple[Array, Array, Array]:
     """Where each row starts, and where the last one ends; types and numbers of tags."""
-    known = known_elements()
     starts, codes, counts = [0], list[int](), list[int]()
     while len(codes) < most:
         at = starts[-1]
@@ -72,7 +72,7 @@ def _walked(found: Array, most: int, text: bool, lead: int) -> tuple[Array, Arra
         if len(head) < 3 or not (text or head[1] == 1):
             break
         code, n_tags = (head[1], head[2]) if text else (head[0], head[2])
-        element = known.get(code)
+        element = element_of(code)
         if element is None or not element.n_nodes or n_tags < 0:
             break
         end = at + lead + n_tags + element.n_nodes

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from functools import cache
+from string import ascii_letters
 from typing import NamedTuple
 
-from ...cells import dimension_of
+from ...cells import FAMILIES, dimension_of
 
 # The rest of Gmsh's list: name, dimension and number of nodes, 0 where that varies.
 _OTHERS = {
@@ -34,6 +35,14 @@ _OTHERS = {
 }  # fmt: skip
 
 
+# What nearly every file is made of: for these meshio, which takes its time to import, is not asked.
+FREQUENT = {
+    1: "line", 2: "triangle", 3: "quad", 4: "tetra", 5: "hexahedron", 6: "wedge", 7: "pyramid",
+    8: "line3", 9: "triangle6", 11: "tetra10", 15: "vertex",
+}  # fmt: skip
+_CODES = {kind: code for code, kind in FREQUENT.items()}
+
+
 class Element(NamedTuple):
     """A type of elements.
 
@@ -59,6 +68,30 @@ def cell_types() -> dict[str, int]:
     from meshio.gmsh.common import _meshio_to_gmsh_type
 
     return _meshio_to_gmsh_type
+
+
+def code_of(kind: str) -> int:
+    """Gmsh's number of the type of a Block.
+
+    Raises
+    ------
+    KeyError
+        It has none.
+    """
+    return _CODES.get(kind) or cell_types()[kind]
+
+
+def has_code(kind: str) -> bool:
+    """Whether Gmsh has such cells."""
+    return kind in _CODES or kind in cell_types()
+
+
+def element_of(code: int) -> Element | None:
+    """The type of elements with this number, None where there is none."""
+    if (kind := FREQUENT.get(code)) is None:
+        return known_elements().get(code)
+    n_nodes = int(kind.lstrip(ascii_letters) or FAMILIES[kind].n_corners)
+    return Element(kind, kind, dimension_of(kind), n_nodes)
 
 
 @cache

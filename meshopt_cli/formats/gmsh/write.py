@@ -17,7 +17,7 @@ from .order import to_gmsh
 from .periodic import write_periodic
 from .repeats import with_repeats
 from .sink import Sink
-from .types import cell_types
+from .types import code_of
 from .views import write_views
 
 
@@ -66,7 +66,7 @@ def _write_elements_22(f: BinaryIO, sink: Sink, blocks: list[Block]) -> None:
     f.write(f"$Elements\n{sum(len(block.cells) for block in blocks)}\n".encode())
     first = 1
     for block in blocks:
-        n, code = len(block.cells), cell_types()[block.type]
+        n, code = len(block.cells), code_of(block.type)
         nothing = np.zeros(n, np.int64)
         tags = [block.data.get(PHYSICAL, nothing), block.data[GEOMETRICAL]]
         if PARTITION in block.data:
@@ -110,7 +110,7 @@ def _write_elements_41(f: BinaryIO, sink: Sink, blocks: list[Block]) -> None:
     sink.put(("u8", (len(blocks), n, min(n, 1), n)))
     first = 1
     for block in blocks:
-        head = dimension_of(block.type), block.data[GEOMETRICAL][0], cell_types()[block.type]
+        head = dimension_of(block.type), block.data[GEOMETRICAL][0], code_of(block.type)
         sink.put(("i4", head), ("u8", len(block.cells)))
         numbers = np.arange(first, first + len(block.cells))
         sink.rows(("u8", numbers), ("u8", to_gmsh(block.type, block.cells) + 1))

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ...compiled.decorators import entry, inlined, kernel
-from ..types import CLOCK, EDITION, MAX_BALL, N_CELLS, Scratch, SimplexMesh
+from ..types import CLOCK, EDITION, MAX_BALL, N_CELLS, AnyMesh, Scratch, SimplexMesh
 from ..vectors import Vec, at, square_distance
 
 
@@ -79,7 +79,7 @@ def gather_ball(
 
 
 @inlined
-def worst_of(mesh: SimplexMesh, ball: np.ndarray, n: int) -> float:
+def worst_of(mesh: AnyMesh, ball: np.ndarray, n: int) -> float:
     """Worst q of the cells of a ball, as stored."""
     worst = math.inf
     for i in range(n):
@@ -88,7 +88,7 @@ def worst_of(mesh: SimplexMesh, ball: np.ndarray, n: int) -> float:
 
 
 @inlined
-def sum_of(mesh: SimplexMesh, ball: np.ndarray, n: int) -> float:
+def sum_of(mesh: AnyMesh, ball: np.ndarray, n: int) -> float:
     """Sum of the Q of the cells of a ball, as stored."""
     total = 0.0
     for i in range(n):

@@ -10,6 +10,9 @@ instruction. In the general one the three edges from the point at p to the corne
 `c + t p`, with a vector c and a number t an edge: what is linear in an edge, as the map to a
 reference shape or a metric, changes c and t and nothing else. The corners are the c of t = -1, so
 that the general form is the plain one with three rows more.
+
+Faces of the plane have a form of their own: the corners before, after and across from the point,
+and whether there is one across.
 """
 
 from __future__ import annotations
@@ -21,6 +24,7 @@ import numpy as np
 from ...cells import TET_FACETS, TRI_FACETS
 from ...compiled.decorators import inlined, kernel
 from ..judge import q_of_edges
+from ..shape.faces import quad_quality
 from ..shape.ideal import tet_ideal_height, tet_ideal_point, tri_ideal_point
 from ..shape.simplex import (
     ASPECT_RATIO,
@@ -28,17 +32,19 @@ from ..shape.simplex import (
     tet_bounded_aspect_ratio,
     tet_bounded_quality,
     tri_aspect_ratio,
+    tri_quality,
 )
-from ..types import Judge, Scratch, SimplexMesh
-from ..vectors import Vec
+from ..types import CORNERS, FACES, SIMPLICES, AnyMesh, Judge, Scratch, SimplexMesh
+from ..vectors import Vec, cross, dot, norm, ratio
 
 FACTORS = 9  # the first of the three rows of `scratch.star` that hold t
+JACOBIAN = 12  # 1 / the scaled Jacobian of an ideal corner where it is to be judged by it, else 0
 
 
 @inlined
 def is_plain(judge: Judge) -> bool:
     """Whether the plain form of a star is enough to measure it."""
-    return judge.code == ASPECT_RATIO
+    return judge.code == ASPECT_RATIO and judge.form == SIMPLICES
 
 
 @kernel
@@ -74,17 +80,32 @@ def edge_to(star: np.ndarray, k: int, i: int, p: Vec) -> Vec:
 
 
 @kernel
-def general_quality(mesh: SimplexMesh, i: int, p: Vec, scratch: Scratch) -> float:
+def general_quality(mesh: AnyMesh, i: int, p: Vec, scratch: Scratch) -> float:
     """q of the i-th cell of the star, by any measure, with its point at p."""
     star = scratch.star
     width = mesh.cells.shape[1]
+    if mesh.judge.form == FACES:
+        following, last = corner(star, 0, i), corner(star, 1, i)
+        if star[FACTORS, i] == 0.0:
+            return tri_quality(mesh.judge, p, following, last)
+        return quad_quality(mesh.judge, p, following, corner(star, 2, i), last)
     # A triangle has no third edge: the row is there, and is not looked at.
     third = edge_to(star, 2, i, p)
+    if mesh.judge.form == CORNERS and star[JACOBIAN, i] > 0.0:
+        # The second edge stands first.
+        sine = sine_of(edge_to(star, 1, i, p), edge_to(star, 0, i, p), third)
+        return min(1.0, star[JACOBIAN, i] * sine)
     return q_of_edges(mesh.judge, width, edge_to(star, 0, i, p), edge_to(star, 1, i, p), third)
 
 
 @inlined
-def star_quality(mesh: SimplexMesh, i: int, p: Vec, scratch: Scratch) -> float:
+def sine_of(a: Vec, b: Vec, c: Vec) -> float:
+    """The volume that three vectors span by the product of their lengths, 0 beside one without."""
+    return ratio(dot(a, cross(b, c)), norm(a) * norm(b) * norm(c))
+
+
+@inlined
+def star_quality(mesh: AnyMesh, i: int, p: Vec, scratch: Scratch) -> float:
     """q of the i-th cell of the star with its point at p."""
     star = scratch.star
     if not is_plain(mesh.judge):
@@ -100,7 +121,7 @@ def star_quality(mesh: SimplexMesh, i: int, p: Vec, scratch: Scratch) -> float:
 
 
 @kernel
-def measure_star(mesh: SimplexMesh, n: int, p: Vec, scratch: Scratch) -> float:
+def measure_star(mesh: AnyMesh, n: int, p: Vec, scratch: Scratch) -> float:
     """Measure all cells of the star with its point at p, into `scratch.values`.
 
     Returns

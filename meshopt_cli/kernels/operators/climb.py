@@ -18,7 +18,7 @@ from ..gather.star import load_star, measure_star, star_quality
 from ..guide import Guide, guide_of, guided
 from ..journal import keep
 from ..judge import q_with
-from ..types import APPLIED, FIXED, NOT_BETTER, TOO_LARGE, Scratch, SimplexMesh
+from ..types import APPLIED, FIXED, NOT_BETTER, TOO_LARGE, AnyMesh, Scratch, SimplexMesh
 from ..vectors import Vec, along, at, dot, norm, rounded, set_point
 
 MAX_STEPS = 20
@@ -39,7 +39,7 @@ class RelocationPlan(NamedTuple):
 
 
 @kernel
-def gradient_at(mesh: SimplexMesh, i: int, p: Vec, value: float, h: float, scratch: Scratch) -> Vec:
+def gradient_at(mesh: AnyMesh, i: int, p: Vec, value: float, h: float, scratch: Scratch) -> Vec:
     """Gradient of the q of cell i of the star, `value` at p, by differences of step h."""
     gx = (star_quality(mesh, i, Vec(p.x + h, p.y, p.z), scratch) - value) / h
     gy = (star_quality(mesh, i, Vec(p.x, p.y + h, p.z), scratch) - value) / h
@@ -91,7 +91,20 @@ def climb(
         Worst q of the star at p, at least what it was.
     """
     load_star(mesh, handles, n, scratch)
-    size = longest_edge_at(mesh, handles, n, p)
+    return climb_star(mesh, n, p, longest_edge_at(mesh, handles, n, p), guide, scratch)
+
+
+@kernel
+def climb_star(
+    mesh: AnyMesh, n: int, p: Vec, size: float, guide: Guide, scratch: Scratch
+) -> tuple[Vec, float]:
+    """The same of a star that is loaded.
+
+    Parameters
+    ----------
+    size : float
+        Longest edge from p.
+    """
     values = scratch.values
     worst = measure_star(mesh, n, p, scratch)
     step = 0.2 * size

@@ -13,7 +13,7 @@ from ..accept import MEAN, mean_falls, threshold
 from ..gather.ball import longest_edge_at
 from ..gather.star import load_star, measure_star, sum_of_star
 from ..guide import Guide, guided
-from ..types import Scratch, SimplexMesh
+from ..types import AnyMesh, Scratch, SimplexMesh
 from ..vectors import Vec, along, norm, rounded
 
 MAX_STEPS = 3
@@ -61,6 +61,28 @@ def descend(
     """
     load_star(mesh, handles, n, scratch)
     size = longest_edge_at(mesh, handles, n, p)
+    return descend_star(mesh, n, p, size, guide, rule, floor, before, scratch)
+
+
+@kernel
+def descend_star(
+    mesh: AnyMesh,
+    n: int,
+    p: Vec,
+    size: float,
+    guide: Guide,
+    rule: int,
+    floor: float,
+    before: float,
+    scratch: Scratch,
+) -> tuple[Vec, float]:
+    """The same of a star that is loaded.
+
+    Parameters
+    ----------
+    size : float
+        Longest edge from p.
+    """
     least = threshold(rule, floor, before)
     h = PROBE * size
     worst = measure_star(mesh, n, p, scratch)

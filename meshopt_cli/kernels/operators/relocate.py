@@ -17,7 +17,7 @@ from ..accept import MEAN, is_accepted, mean_falls
 from ..gather.ball import next_stamp, sum_of, worst_of
 from ..gather.star import ideal_point, load_star, measure_star, star_heights, sum_of_star
 from ..guide import guide_of, guided
-from ..types import APPLIED, INVALID, NOT_BETTER, Scratch, SimplexMesh
+from ..types import APPLIED, INVALID, NOT_BETTER, AnyMesh, Scratch, SimplexMesh
 from ..vectors import Vec, along, at, distance, minus, rounded, square_distance, toward
 from .climb import RelocationPlan, apply_relocation, movable_ball, simulate_climb
 from .descend import descend
@@ -97,7 +97,7 @@ def ideal_mean(mesh: SimplexMesh, ball: np.ndarray, n: int, weight: int, scratch
 
 @kernel
 def go_toward(
-    mesh: SimplexMesh,
+    mesh: AnyMesh,
     n: int,
     p: Vec,
     goal: Vec,

@@ -49,7 +49,8 @@ from .angles import (
     ANGLE_MIN,
     ANGLE_MAX,
     SOLID_ANGLE_MIN,
-) = range(10)
+    SCALED_JACOBIAN,
+) = range(11)
 
 ALPHA_2 = SQRT3 / 6.0
 ALPHA_3 = math.sqrt(6.0) / 36.0
@@ -195,6 +196,9 @@ def tet_other_quality(measure: int, a: Vec, b: Vec, c: Vec, d: Vec) -> float:
             solid_angle(d, a, b, c),
         )
         return signed(least / REGULAR_SOLID_ANGLE, volume)
+    if measure == SCALED_JACOBIAN:
+        longest = max(ab * ac * ad, ab * bc * bd, ac * bc * cd, ad * bd * cd)
+        return 6.0 * SQRT2 * volume / longest
     h_min = min(ab, ac, ad, bc, bd, cd)
     if measure == RADIUS_EDGE:
         radius = tet_circumradius(a, b, c, d)
@@ -241,6 +245,8 @@ def tri_other_quality(measure: int, a: Vec, b: Vec, c: Vec, area: float) -> floa
     if measure == ANGLE_MAX:
         _, greatest = tri_angles(a, b, c)
         return signed((math.pi - greatest) / (math.pi - REGULAR_ANGLE_2), area)
+    if measure == SCALED_JACOBIAN:
+        return 4.0 / SQRT3 * area / max(ab * bc, bc * ca, ca * ab)
     h_min = min(ab, bc, ca)
     if measure == RADIUS_EDGE:
         return 4.0 / SQRT3 * area * h_min / (ab * bc * ca)

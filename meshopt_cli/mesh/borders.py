@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..cells import FAMILIES, SIMPLICES, family_of
-from ..mesh import adjacency
-from ..mesh.cast import Simplices
-from ..mesh.constrained import bound_vertices, constrained_facets
-from ..mesh.facets import CellSet, facets_of
-from ..mesh.model import Array, Mesh, declared, top_blocks
-from ..mesh.tags import regions_of
+from . import adjacency
+from .cast import Simplices
+from .constrained import bound_vertices, constrained_facets
+from .facets import CellSet, facets_of
+from .model import Array, Mesh, declared, top_blocks
+from .tags import regions_of
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,251 @@
+"""One optimization of a mesh of any cells: only points move, all else stays as it was read."""
+
+from __future__ import annotations
+
+import logging
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .. import validity
+from ..boundary.policy import Fixed, Policy
+from ..cells import FAMILIES, SIMPLICES
+from ..errors import ConfigError, InvariantError, UnsupportedMeshError
+from ..mesh.any_cells import AnyCells, cast_any, with_points
+from ..mesh.cast import Simplices
+from ..mesh.model import Block, Mesh
+from ..mesh.tags import regions_in
+from ..passes import Observer, Tally
+from ..plans.pipeline import Pipeline
+from ..plans.stages import Line, Outcome
+from ..plans.stop import NOTHING_TO_GAIN, TANGLED
+from ..quality.families import summarize_mesh
+from ..quality.measurable import measurable
+from ..quality.measures import OF_SIMPLICES, Measure
+from ..quality.summary import Summary
+from ..repair import repair
+from ..transfer.carry import carry_on_points
+from ..work.cells import CellWork
+from ..work.standing import Standing
+from .admission import (
+    CURVED,
+    OVERLAPPING,
+    TURNED,
+    InvalidMeshError,
+    errors_in,
+    not_valid,
+    require_range,
+)
+from .mending import mended
+from .optimize import ROUNDING, Result
+
+log = logging.getLogger("meshopt")
+
+# Rules that a tangle of cells breaks, which moving vertices mends.
+TANGLE = {"M101", "M102", "M104", "M105", "M209", "M210"}
+# Rules that cells break which are listed the other way round.
+TURNED_CELLS = {"M101", "M103", "M104", "M207"}
+# How often cells that came to be curved the wrong way inside are held, and the rest done anew.
+MOST_TRIES = 5
+
+
+@dataclass(frozen=True)
+class Admitted:
+    """A mesh to be worked on.
+
+    Attributes
+    ----------
+    mesh : Mesh
+        With its cells turned where they ran the other way round.
+    tangle : Report or None
+        What is wrong with it, and to be mended by moving vertices.
+    curved : set of (int, int)
+        Block and row of the cells whose Jacobian is not positive inside, though their corners are:
+        the boundary may leave them no choice.
+    """
+
+    mesh: Mesh
+    tangle: validity.Report | None
+    curved: frozenset[tuple[int, int]]
+
+
+def optimize_cells(
+    mesh: Mesh,
+    pipeline: Pipeline,
+    measure: Measure,
+    observer: Observer | None = None,
+    with_all_measures: bool = False,
+    with_data: bool = True,
+    policy: Policy = Fixed(),  # noqa: B008 (a frozen value)
+    allowed: tuple[str, ...] = (),
+) -> Result:
+    """Optimize a mesh of quads, pyramids, wedges or hexahedra, alone or among simplices.
+
+    Parameters and errors are those of `optimize.optimize`; besides:
+
+    Raises
+    ------
+    ConfigError
+        The measure cannot steer such cells.
+    UnsupportedMeshError
+        Vertices of the boundary are to move.
+    """
+    start = time.perf_counter()
+    if not isinstance(policy, Fixed):
+        raise UnsupportedMeshError(
+            f"--boundary {policy.name} moves vertices of triangles and tetrahedra only"
+        )
+    tallies: list[Tally] = []
+    if pipeline.repairs:
+        mesh, tallies = mended(mesh, pipeline.repairs)
+    require_range(mesh)
+    admitted = _admitted(mesh, pipeline, allowed)
+    mesh = admitted.mesh
+    part = cast_any(mesh)
+    lacking = [FAMILIES[f].plural for f in part.families if f not in measure.ways]
+    if lacking:
+        raise ConfigError(f"measure {measure.name} cannot steer {' and '.join(lacking)}")
+    others = tuple(OF_SIMPLICES.values()) if with_all_measures else ()
+    before = _summary(mesh, measure, others)
+    result, outcome = _improved(admitted, part, pipeline, measure, observer, allowed)
+    lost: tuple[str, ...] = ()
+    if result is not mesh:
+        result, lost = _carried(mesh, part, result, admitted.tangle is None, with_data)
+    after = _summary(result, measure, others)
+    _prove(before, after, admitted.tangle)
+    standing = Standing(1.0 / before.worst, before.mean, before.mean)
+    lines = (*(Line(0, tally, standing) for tally in tallies), *outcome.lines)
+    return Result(
+        result, measure, before, after, lines, outcome.stopped, time.perf_counter() - start,
+        regions_in(mesh), lost, tuple(outcome.left_out),
+    )  # fmt: skip
+
+
+def _admitted(mesh: Mesh, pipeline: Pipeline, allowed: tuple[str, ...]) -> Admitted:
+    """Take a mesh to be worked on.
+
+    Raises
+    ------
+    InvalidMeshError
+        Something is wrong that neither turning cells nor moving vertices mends.
+    """
+    report = validity.check(mesh, ignore=allowed)
+    if errors_in(report) & TURNED_CELLS:
+        done = repair(mesh, ["orientation"])
+        again = validity.check(done.mesh, ignore=allowed)
+        if _is_curved_at_most(again):
+            log.warning(TURNED, sum(done.counts.values()))
+            mesh, report = done.mesh, again
+    if _is_curved_at_most(report):
+        return Admitted(mesh, None, _named(report))
+    if not errors_in(report) <= TANGLE or not pipeline.mends_tangles:
+        raise InvalidMeshError(not_valid(report, allowed), mesh, report)
+    log.warning("the mesh has inverted or flat cells: they are to be untangled")
+    return Admitted(mesh, report, _named(report))
+
+
+def _is_curved_at_most(report: validity.Report) -> bool:
+    """Whether nothing is wrong but inside cells, which may reach into others there."""
+    broken = errors_in(report)
+    return not broken or (broken <= CURVED | OVERLAPPING and bool(broken & CURVED))
+
+
+def _named(report: validity.Report) -> frozenset[tuple[int, int]]:
+    """Block and row of the cells that errors name."""
+    found: set[tuple[int, int]] = set()
+    for group in report.errors:
+        if group.places.cells is not None:
+            found |= {(block, row) for block, row in group.places.cells.tolist()}
+    return frozenset(found)
+
+
+def _improved(
+    admitted: Admitted,
+    part: AnyCells,
+    pipeline: Pipeline,
+    measure: Measure,
+    observer: Observer | None,
+    allowed: tuple[str, ...],
+) -> tuple[Mesh, Outcome]:
+    """The mesh after the work, with what comes to be wrong inside cells held where it was.
+
+    Positive corners do not make a Jacobian that is positive everywhere.
+
+    Raises
+    ------
+    InvalidMeshError
+        A tangle was not mended.
+    """
+    mesh, tangle, held = admitted.mesh, admitted.tangle, part
+    for _ in range(MOST_TRIES):
+        outcome = pipeline.run(CellWork(held, measure.judge), observer)
+        if outcome.stopped == TANGLED:
+            assert tangle is not None
+            raise InvalidMeshError("it could not be untangled: nothing written", mesh, tangle)
+        assert isinstance(outcome.work, CellWork)
+        result = with_points(mesh, part, outcome.work.result().points)
+        report = validity.check(result, ignore=allowed)
+        wrong = _named(report) - admitted.curved
+        if _is_curved_at_most(report) and not wrong:
+            if not report.is_valid:
+                log.warning(
+                    "what is wrong with %d cells stays, as it came (%s)",
+                    len(_named(report)), ", ".join(sorted(errors_in(report))),
+                )  # fmt: skip
+            return result, outcome
+        if tangle is not None:
+            raise InvalidMeshError("untangling leaves it invalid: nothing written", mesh, tangle)
+        fixed = held.fixed.copy()
+        for block, row in wrong:
+            fixed[mesh.blocks[block].cells[row]] = True
+        held = replace(held, fixed=fixed)
+    outcome.stopped = NOTHING_TO_GAIN
+    return mesh, outcome
+
+
+def _carried(
+    mesh: Mesh, part: AnyCells, result: Mesh, interpolates: bool, with_data: bool
+) -> tuple[Mesh, tuple[str, ...]]:
+    """The result with the arrays on points, which are those of the places that they come to."""
+    if not with_data:
+        return replace(result, point_data={}), ()
+    if not interpolates or not mesh.point_data:
+        return result, ()
+    divided = np.concatenate(
+        [group.cells[:, simplex] for group in part.cell_sets
+         for simplex in FAMILIES[group.family].partitions[0]]
+    )  # fmt: skip
+    d = part.dimension
+    before = Simplices(
+        part.points, np.ascontiguousarray(divided), region=np.zeros(len(divided), np.int64),
+        fixed=part.fixed, facets=np.empty((0, d), np.int64), edges=np.empty((0, 2), np.int64),
+        frame=part.frame, single=part.single, turned=False,
+    )  # fmt: skip
+    flat = _in_part(mesh, part, divided), _in_part(result, part, divided)
+    carried, dropped = carry_on_points(*flat, before, np.arange(len(mesh.points)))
+    if dropped:
+        log.warning("arrays that do not follow the points are dropped: %s", ", ".join(dropped))
+    lost = tuple(f"the array {name}" for name in dropped)
+    return replace(result, point_data=carried.point_data), lost
+
+
+def _in_part(mesh: Mesh, part: AnyCells, divided: np.ndarray) -> Mesh:
+    """A mesh of the simplices that its cells are divided into, for the transfer of arrays."""
+    return replace(mesh, blocks=[Block(SIMPLICES[part.dimension], divided)])
+
+
+def _summary(mesh: Mesh, measure: Measure, others: tuple[Measure, ...]) -> Summary:
+    return summarize_mesh(mesh, measurable(mesh), measure, others)
+
+
+def _prove(before: Summary, after: Summary, tangle: validity.Report | None) -> None:
+    """Compare a result with its input.
+
+    Raises
+    ------
+    InvariantError
+        It is worse: a bug.
+    """
+    if after.n_invalid or (tangle is None and after.worst > before.worst * (1 + ROUNDING)):
+        raise InvariantError(f"the worst Q rose from {before.worst} to {after.worst}")
