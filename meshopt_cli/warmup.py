@@ -107,7 +107,17 @@ def _cell_mesh() -> CellMesh:
     cell = FAMILIES["hexahedron"].reference
     cells = CellSet("hexahedron", np.arange(len(cell))[None], np.zeros(1, np.int64))
     return mesh_of(
-        AnyCells(cell, [cells], np.ones(len(cell), bool), None, False), Judge(ASPECT_RATIO, 0.0)
+        AnyCells(
+            cell,
+            [cells],
+            np.ones(len(cell), bool),
+            np.zeros(1, np.int64),
+            np.zeros(1, bool),
+            np.empty((0, 2), np.int64),
+            None,
+            False,
+        ),
+        Judge(ASPECT_RATIO, 0.0),
     )
 
 

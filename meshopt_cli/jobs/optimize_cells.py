@@ -12,7 +12,7 @@ from .. import validity
 from ..boundary.policy import Fixed, Policy
 from ..cells import FAMILIES, SIMPLICES
 from ..errors import ConfigError, InvariantError, UnsupportedMeshError
-from ..mesh.any_cells import AnyCells, cast_any, with_points
+from ..mesh.any_cells import AnyCells, cast_any, with_cells
 from ..mesh.cast import Simplices
 from ..mesh.model import Block, Mesh
 from ..mesh.tags import regions_in
@@ -25,7 +25,7 @@ from ..quality.measurable import measurable
 from ..quality.measures import OF_SIMPLICES, Measure
 from ..quality.summary import Summary
 from ..repair import repair
-from ..transfer.carry import carry_on_points
+from ..transfer.carry import carry_on_points, tags_only
 from ..work.cells import CellWork
 from ..work.standing import Standing
 from .admission import (
@@ -38,7 +38,7 @@ from .admission import (
     require_range,
 )
 from .mending import mended
-from .optimize import ROUNDING, Result
+from .optimize import MEETING, ROUNDING, Result
 
 log = logging.getLogger("meshopt")
 
@@ -103,6 +103,8 @@ def optimize_cells(
     admitted = _admitted(mesh, pipeline, allowed)
     mesh = admitted.mesh
     part = cast_any(mesh)
+    if not MEETING.isdisjoint(allowed):
+        part.fixed[validity.vertices_apart(mesh)] = True
     lacking = [FAMILIES[f].plural for f in part.families if f not in measure.ways]
     if lacking:
         raise ConfigError(f"measure {measure.name} cannot steer {' and '.join(lacking)}")
@@ -110,8 +112,10 @@ def optimize_cells(
     before = _summary(mesh, measure, others)
     result, outcome = _improved(admitted, part, pipeline, measure, observer, allowed)
     lost: tuple[str, ...] = ()
-    if result is not mesh:
-        result, lost = _carried(mesh, part, result, admitted.tangle is None, with_data)
+    if not with_data:
+        result = tags_only(result, regions_in(mesh).arrays)
+    elif result is not mesh and admitted.tangle is None:
+        result, lost = _carried(mesh, part, result)
     after = _summary(result, measure, others)
     _prove(before, after, admitted.tangle)
     standing = Standing(1.0 / before.worst, before.mean, before.mean)
@@ -184,7 +188,7 @@ def _improved(
             assert tangle is not None
             raise InvalidMeshError("it could not be untangled: nothing written", mesh, tangle)
         assert isinstance(outcome.work, CellWork)
-        result = with_points(mesh, part, outcome.work.result().points)
+        result = with_cells(mesh, part, outcome.work.result())
         report = validity.check(result, ignore=allowed)
         wrong = _named(report) - admitted.curved
         if _is_curved_at_most(report) and not wrong:
@@ -204,13 +208,9 @@ def _improved(
     return mesh, outcome
 
 
-def _carried(
-    mesh: Mesh, part: AnyCells, result: Mesh, interpolates: bool, with_data: bool
-) -> tuple[Mesh, tuple[str, ...]]:
+def _carried(mesh: Mesh, part: AnyCells, result: Mesh) -> tuple[Mesh, tuple[str, ...]]:
     """The result with the arrays on points, which are those of the places that they come to."""
-    if not with_data:
-        return replace(result, point_data={}), ()
-    if not interpolates or not mesh.point_data:
+    if not mesh.point_data:
         return result, ()
     divided = np.concatenate(
         [group.cells[:, simplex] for group in part.cell_sets

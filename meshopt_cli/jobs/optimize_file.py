@@ -16,12 +16,13 @@ from ..errors import EXIT_BAD_MESH, BadMeshError, ConfigError, naming
 from ..files.places import require_writable
 from ..formats import PIPE, Written
 from ..mesh.any_cells import is_of_any_cells
+from ..mesh.model import Mesh
 from ..passes import Observer
 from ..plans.config import Request, plan_for
 from ..report.model import Report
 from ..report.verdict import Verdict
 from ..validity import meant
-from ..work.kinds import CELLS, SIMPLICES
+from ..work.kinds import CELLS, FACES, SIMPLICES
 from .admission import InvalidMeshError, require_known_cells
 from .findings import verdict_on
 from .optimize import Result, optimize
@@ -135,7 +136,7 @@ def optimize_file(
         with naming(task.input):
             require_known_cells(mesh)
             mesh = with_asked_regions(task.input, mesh, task.regions)
-        kind = CELLS if is_of_any_cells(mesh) else SIMPLICES
+        kind = kind_of(mesh)
         plan = plan_for(task.request, mesh.dimension(), kind)
         encoding = formats.encoding_for(task.output, source.encoding, task.file_format, task.binary)
         clock.append(time.perf_counter())
@@ -163,6 +164,13 @@ def optimize_file(
     times = (b - a for a, b in pairwise(clock))
     seconds = dict(zip(("read", "optimize", "write"), times, strict=True))
     return FileResult(result, report_of(source, result, seconds, written), written)
+
+
+def kind_of(mesh: Mesh) -> str:
+    """The kind of working mesh that a mesh is worked on as."""
+    if not is_of_any_cells(mesh):
+        return SIMPLICES
+    return FACES if mesh.dimension() == 2 else CELLS
 
 
 def _work_for(kind: str) -> Callable[..., Result]:

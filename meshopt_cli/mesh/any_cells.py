@@ -14,7 +14,7 @@ from .facets import CellSet
 from .model import Array, Mesh, declared, top_blocks
 from .plane import Frame, plane_of, precision_of, with_depth
 from .sizes import contents
-from .tags import CORNER, REQUIRED, flagged
+from .tags import CORNER, REQUIRED, flagged, regions_of
 
 
 @dataclass
@@ -26,9 +26,15 @@ class AnyCells:
     points : (np, 3) float64
         All points of the file; in the plane of the mesh, with z = 0, where d = 2.
     cell_sets : list of CellSet
-        Cells by family, numbered in the order of the file.
+        Cells by family, a set for each block of the file, numbered in its order.
     fixed : (np,) bool
         Vertices of the boundary, of interfaces, and what the file declares.
+    region : (nc,) int64
+        Region of each cell by its number.
+    stays : (nc,) bool
+        Cells that keep their vertices.
+    lines : (n, 2) int64
+        Edges of the plane that the file declares.
     frame : Frame or None
         Where the plane of a planar mesh lies in space.
     single : bool
@@ -41,6 +47,9 @@ class AnyCells:
     points: Array
     cell_sets: list[CellSet]
     fixed: Array
+    region: Array
+    stays: Array
+    lines: Array
     frame: Frame | None
     single: bool
     mirrored: bool = False
@@ -96,7 +105,13 @@ def cast_any(mesh: Mesh) -> AnyCells:
     sign = points if bordered.dimension == 3 else points[:, :2]
     total = sum(float(contents(sign, g.cells, g.family).sum()) for g in bordered.cell_sets)
     single = mesh.points.dtype == np.float32
-    cells = AnyCells(points, bordered.cell_sets, fixed, frame, single)
+    top = top_blocks(mesh)
+    stays = [flagged(b.data[REQUIRED]) if REQUIRED in b.data else np.zeros(len(b.cells), bool)
+             for b in top]  # fmt: skip
+    cells = AnyCells(
+        points, bordered.cell_sets, fixed, regions_of(top, mesh.regions), np.concatenate(stays),
+        declared(mesh, "line"), frame, single,
+    )  # fmt: skip
     return _mirrored(cells) if total < 0.0 else cells
 
 
@@ -129,14 +144,15 @@ def _fix_declared(mesh: Mesh, fixed: Array) -> None:
         fixed[link.pairs] = True
 
 
-def with_points(mesh: Mesh, before: AnyCells, points: Array) -> Mesh:
-    """A mesh whose points are where they were worked to; those that did not move keep every bit.
+def with_cells(mesh: Mesh, before: AnyCells, after: AnyCells) -> Mesh:
+    """A mesh as it was worked on: what did not change keeps every bit, and its place.
 
     Parameters
     ----------
-    points : (np, 3) float64
-        As `before` has them.
+    before, after : AnyCells
+        What `cast_any` gives for the mesh, and what came of it.
     """
+    points = after.points
     moved = np.any(points != before.points, axis=1)
     where = points[moved]
     if before.frame is not None:
@@ -145,4 +161,12 @@ def with_points(mesh: Mesh, before: AnyCells, points: Array) -> Mesh:
         where = where * np.array([1.0, 1.0, -1.0])
     result = mesh.points.copy()
     result[moved] = where[:, : result.shape[1]].astype(result.dtype)
-    return replace(mesh, points=result)
+    top = [id(block) for block in top_blocks(mesh)]
+    worked = dict(zip(top, after.cell_sets, strict=True))
+    blocks = [
+        replace(block, cells=worked[id(block)].cells.astype(block.cells.dtype))
+        if id(block) in worked
+        else block
+        for block in mesh.blocks
+    ]
+    return replace(mesh, points=result, blocks=blocks)

@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import BadMeshError, InvariantError
 from ..kernels.audit import NOT_IN_BALL, NOT_MUTUAL, NOT_POSITIVE, NOT_SHARED, WHOLE, audit
 from ..kernels.shape.simplex import measure_cells
-from ..work.kinds import CELLS, SIMPLICES
+from ..work.kinds import CELLS, FACES, SIMPLICES
 from ..work.session import Workspace
 from .base import Pass, option
 from .run import Run, Work
@@ -30,7 +30,7 @@ class Check(Pass):
 
     name: ClassVar[str] = "check"
     summary: ClassVar[str] = "proves that the mesh is whole; changes nothing"
-    works_on: ClassVar[tuple[str, ...]] = (SIMPLICES, CELLS)
+    works_on: ClassVar[tuple[str, ...]] = (SIMPLICES, FACES, CELLS)
 
     inverted: str = option(
         "refused", "whether cells may be inverted or flat, because a later pass mends them",

@@ -73,8 +73,13 @@ class Budget:
         OutOfTimeError
             There is none left.
         """
-        if time.monotonic() >= self.deadline:
+        if self.is_spent:
             raise OutOfTimeError
+
+    @property
+    def is_spent(self) -> bool:
+        """Whether there is no time left."""
+        return time.monotonic() >= self.deadline
 
 
 UNLIMITED = Budget()

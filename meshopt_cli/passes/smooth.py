@@ -9,7 +9,7 @@ import numpy as np
 
 from ..kernels.operators import relocate
 from ..kernels.types import Verdict
-from ..work.kinds import CELLS, SIMPLICES
+from ..work.kinds import CELLS, FACES, SIMPLICES
 from .base import MOST_Q, Operator, option
 from .run import Run, Work
 
@@ -41,7 +41,7 @@ class Smooth(Operator):
     name: ClassVar[str] = "smooth"
     summary: ClassVar[str] = "moves internal vertices inside their balls (18.4.1)"
     kernels: ClassVar[tuple[str, ...]] = ("relocation",)
-    works_on: ClassVar[tuple[str, ...]] = (SIMPLICES, CELLS)
+    works_on: ClassVar[tuple[str, ...]] = (SIMPLICES, FACES, CELLS)
 
     method: str = option(
         "quality",
@@ -100,7 +100,7 @@ def smooth_all(work: Work, run: Run) -> None:
     """
     run.budget.check()
     points, before = work.mesh.points.copy(), work.standing()
-    goal = work.smoothed()
+    goal = work.smoothed(lambda: run.budget.is_spent)
     n_free = int(np.count_nonzero(~work.mesh.fixed))
     for _ in range(MOST_PULLS):
         work.move(goal.astype(np.float32).astype(np.float64) if work.mesh.single else goal)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..kernels.accept import FLAT, STRICT
 from ..kernels.operators import relocate
-from ..work.kinds import CELLS, SIMPLICES
+from ..work.kinds import CELLS, FACES, SIMPLICES
 from ..work.session import Workspace
 from .base import option
 from .mend import Remedial
@@ -30,7 +30,7 @@ class Untangle(Remedial):
     # Those of `mend` take long, and few meshes are tangled: they are compiled when one is.
     kernels: ClassVar[tuple[str, ...]] = ("relocation",)
     mends_tangles: ClassVar[bool] = True
-    works_on: ClassVar[tuple[str, ...]] = (SIMPLICES, CELLS)
+    works_on: ClassVar[tuple[str, ...]] = (SIMPLICES, FACES, CELLS)
 
     rounds: int = option(20, "rounds of relocation and of composite operations", least=1, most=1000)
 

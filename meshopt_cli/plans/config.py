@@ -11,7 +11,7 @@ from ..errors import ConfigError, hint
 from ..passes import PASSES, Pass
 from ..passes.repair import Repair
 from ..quality.measures import DEFAULT_MEASURE, Measure, measure_named
-from ..work.kinds import CELLS, SIMPLICES
+from ..work.kinds import CELLS, FACES, SIMPLICES
 from .pipeline import Pipeline
 from .presets import DEFAULT_PRESET, preset_named
 from .ranges import RANGES, quoted
@@ -32,8 +32,9 @@ NUMBERS = (*STOPS, "time-limit")
 KEYS |= {key: int if RANGES[key].is_whole else (int, float) for key in NUMBERS}
 
 
+SCALED = "scaled-jacobian"
 # By what a mesh is judged where no measure is named.
-DEFAULTS = {SIMPLICES: DEFAULT_MEASURE, CELLS: "scaled-jacobian"}
+DEFAULTS = {SIMPLICES: DEFAULT_MEASURE, FACES: SCALED, CELLS: SCALED}
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,7 @@ class Plan:
 
     def kernels(self) -> list[str]:
         """Groups of kernels that a run needs."""
-        if self.kind == CELLS:
+        if self.kind != SIMPLICES:
             return ["basic", CELLS, "global"]
         passes = self.pipeline.passes()
         return list(

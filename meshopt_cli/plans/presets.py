@@ -25,7 +25,7 @@ from ..passes.smooth import Smooth
 from ..passes.split import Split
 from ..passes.swap import Swap
 from ..passes.untangle import Untangle
-from ..work.kinds import CELLS
+from ..work.kinds import SIMPLICES
 from . import cells
 from .angles import WithAngles
 from .stages import Chain, Repeat, Sequence, Stage, UpTo
@@ -61,7 +61,7 @@ class Preset:
 
     def stages(self, stop: Stop, dimension: int, kind: str) -> tuple[Stage, ...]:
         """Its stages for a kind of working mesh."""
-        return self.cells(stop) if kind == CELLS else self.build(stop, dimension)
+        return self.build(stop, dimension) if kind == SIMPLICES else self.cells(stop)
 
 
 def _audited(*stages: Stage) -> tuple[Stage, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -12,13 +12,16 @@ from ..cells import FAMILIES, SIMPLICES, stretch_of
 from ..errors import InvariantError
 from ..kernels.operators.place import measure_rows, sweep_places
 from ..kernels.types import CLOCK, CORNERS, EDITION, FACES, CellMesh, Judge
+from ..mesh import adjacency
 from ..mesh.adjacency import distinct
 from ..mesh.any_cells import AnyCells
 from ..mesh.facets import CellSet
 from . import storage
 from .bounds import Bounds
+from .faces import Swap, swaps
 from .foldover import relocate_all
 from .kinds import CELLS
+from .kinds import FACES as FACES_OF_A_PLANE
 from .standing import Standing, standing_of
 
 Array = np.ndarray
@@ -37,7 +40,6 @@ class CellWork:
         As `Workspace` has them; the judge is one of simplices, and measures rows.
     """
 
-    kind: ClassVar[str] = CELLS
     relocation = staticmethod(sweep_places)
 
     def __init__(self, source: AnyCells, judge: Judge) -> None:
@@ -55,6 +57,11 @@ class CellWork:
         self.n_vertices = int(np.count_nonzero(used))
         self.bounds = Bounds(1.0, self.n_vertices, len(source.points))
         self.came_tangled = self.standing().worst <= 0.0
+
+    @property
+    def kind(self) -> str:
+        """Tells it from `Workspace`: faces of a plane, whose connectivity may change, or solids."""
+        return FACES_OF_A_PLANE if self.dimension == 2 else CELLS
 
     @property
     def dimension(self) -> int:
@@ -210,17 +217,70 @@ class CellWork:
         self.mesh.state[EDITION] += 1
         measure_rows(self.mesh, self.scratch, self.mesh.quality)
 
-    def smoothed(self) -> Array:
-        """Where all vertices at once go so that no cell is folded over, (np, 3)."""
+    def smoothed(self, is_over: Callable[[], bool]) -> Array:
+        """Where all vertices at once go so that no cell is folded over, (np, 3); see `foldover`."""
         rows, kinds, owner = self.mesh.cells, self.mesh.shape, self.mesh.owner
         shapes = _REFERENCES[self.dimension]
         if self.dimension == 2:
             rows, kinds, owner = _corners_of_faces(self.mesh)
-        return relocate_all(self.mesh.points, rows, shapes, kinds, self.mesh.fixed, owner)[0]
+        mesh = self.mesh
+        found, _ = relocate_all(
+            mesh.points, rows, shapes, kinds, mesh.fixed, owner, is_over=is_over
+        )
+        return found
+
+    def faces(self) -> Array:
+        """Corners of the faces of a plane, (nf, 4): the fourth of a triangle is -1."""
+        return np.column_stack([self.mesh.cells, self.mesh.fourth])
+
+    def swaps(self) -> Swap:
+        """What pairs of faces may become: see `faces.swaps`."""
+        return swaps(self.faces(), self.mesh.quality, self._may_meet, self._measured, self._n())
+
+    def _n(self) -> int:
+        return len(self.mesh.points)
+
+    def _may_meet(self, one: Array, other: Array, edges: Array) -> Array:
+        """Which faces are of one region, and not to stay, nor held apart by a declared edge."""
+        region, stays = self._source.region, self._source.stays
+        free = (region[one] == region[other]) & ~stays[one] & ~stays[other]
+        return free & (adjacency.places_in(self._source.lines, edges, self._n()) < 0)
+
+    def _measured(self, faces: Array) -> Array:
+        """q of some faces."""
+        quality = np.empty(len(faces))
+        rows = self.mesh._replace(
+            cells=np.ascontiguousarray(faces[:, :3]), fourth=np.ascontiguousarray(faces[:, 3])
+        )
+        measure_rows(rows, self.scratch, quality)
+        return quality
+
+    def put(self, rows: Array, faces: Array) -> None:
+        """Put other faces, (n, 4), in the place of some."""
+        whole = self.faces()
+        whole[rows] = faces
+        cells, fourth = np.ascontiguousarray(whole[:, :3]), np.ascontiguousarray(whole[:, 3])
+        start, ball = _balls(cells, fourth, self._n())
+        clock = self.mesh.vertex_clock
+        clock[faces[faces >= 0]] = self.clock
+        self.mesh = self.mesh._replace(
+            cells=cells, fourth=fourth, ball_start=start, ball=ball,
+            quality=np.zeros(len(cells)), vertex_clock=clock,
+        )  # fmt: skip
+        self.mesh.state[EDITION] += 1
+        measure_rows(self.mesh, self.scratch, self.mesh.quality)
 
     def result(self) -> AnyCells:
         """The cells as they are now."""
-        return replace(self._source, points=self.mesh.points.copy())
+        points = self.mesh.points.copy()
+        if self.dimension == 3:
+            return replace(self._source, points=points)
+        faces = self.faces()
+        sets = [
+            replace(group, cells=faces[group.numbers, : group.cells.shape[1]])
+            for group in self._source.cell_sets
+        ]
+        return replace(self._source, points=points, cell_sets=sets)
 
 
 def _formed(judge: Judge, dimension: int) -> Judge:

@@ -104,6 +104,7 @@ def relocate_all(
     fixed: Array,
     cell: Array | None = None,
     angular: float = ANGULAR,
+    is_over: Callable[[], bool] = lambda: False,
 ) -> tuple[Array, Record]:
     """Move all free vertices so that no simplex is folded over, then so that the worst gets better.
 
@@ -136,6 +137,8 @@ def relocate_all(
     angular : float
         In [0, 1]: how much of the energy of a simplex whose reference has a right corner is of its
         angles alone, the rest being of its proportions too. With 1 cells may become very long.
+    is_over : function
+        Asked between minimizations: whether to end with what there is.
 
     Returns
     -------
@@ -166,7 +169,7 @@ def relocate_all(
         scale=1.0 / _sizes(whole, work, fixed)[counts],
         free=free,
     )
-    work, record = _relocated(body, work, angular, lambda p: _appraised(whole, p, cell))
+    work, record = _relocated(body, work, angular, lambda p: _appraised(whole, p, cell), is_over)
     result = points.copy()
     result[free] = np.ldexp(work[free], exponent)
     return result, record
@@ -212,16 +215,20 @@ def _appraised(body: Body, points: Array, cell: Array | None) -> Corners:
 
 
 def _relocated(
-    body: Body, points: Array, angular: float, judge: Callable[[Array], Corners]
+    body: Body,
+    points: Array,
+    angular: float,
+    judge: Callable[[Array], Corners],
+    is_over: Callable[[], bool],
 ) -> tuple[Array, Record]:
     """The points where they go, and the record."""
     memory = memory_for(body, len(points))
     before = survey(body, points, PLAIN)
-    points, n_unfolding = _unfolded(body, points, memory, judge)
+    points, n_unfolding = _unfolded(body, points, memory, judge, is_over)
     good = _without_bad(body, points)
     if len(good.free) < len(body.free):
         memory = memory_for(good, len(points))
-    points, n_smoothing = _smoothed(good, points, memory, angular, judge)
+    points, n_smoothing = _smoothed(good, points, memory, angular, judge, is_over)
     after = survey(body, points, PLAIN)
     n_steps = n_unfolding + n_smoothing
     return points, Record(n_steps, before.least_det, after.least_det, before.n_bad, after.n_bad)
@@ -245,7 +252,12 @@ def _without_bad(body: Body, points: Array) -> Body:
 
 
 def _smoothed(
-    body: Body, points: Array, memory: Memory, angular: float, judge: Callable[[Array], Corners]
+    body: Body,
+    points: Array,
+    memory: Memory,
+    angular: float,
+    judge: Callable[[Array], Corners],
+    is_over: Callable[[], bool],
 ) -> tuple[Array, int]:
     """The best points on the way to where the sum is least and then the worst simplex; the steps.
 
@@ -254,6 +266,8 @@ def _smoothed(
     best, quality = points, judge(points)
     total = 0
     for part in (math.inf, *LIMITS):
+        if is_over():
+            break
         points = points.copy()
         first = part == math.inf
         weight = min(angular, ANGULAR_WITHOUT_LIMIT) if first else angular
@@ -269,7 +283,11 @@ def _smoothed(
 
 
 def _unfolded(
-    body: Body, points: Array, memory: Memory, judge: Callable[[Array], Corners]
+    body: Body,
+    points: Array,
+    memory: Memory,
+    judge: Callable[[Array], Corners],
+    is_over: Callable[[], bool],
 ) -> tuple[Array, int]:
     """The points where no simplex is folded over, or as few as could be; and the steps."""
     before = survey(body, points, PLAIN)
@@ -281,7 +299,7 @@ def _unfolded(
     _, n_steps = minimize(body, harmonic, how, HARMONIC_TOLERANCE, MAX_STEPS, memory)
     found, fewest = points, before.n_bad
     for start in (harmonic, points.copy()):
-        n_steps += _unfold(body, start, memory)
+        n_steps += _unfold(body, start, memory, is_over)
         n_bad = survey(body, start, PLAIN).n_bad
         if n_bad < fewest or (n_bad == fewest and is_better(judge(found), judge(start))):
             found, fewest = start, n_bad
@@ -290,14 +308,14 @@ def _unfolded(
     return found, n_steps
 
 
-def _unfold(body: Body, points: Array, memory: Memory) -> int:
+def _unfold(body: Body, points: Array, memory: Memory, is_over: Callable[[], bool]) -> int:
     """Move the points until no simplex is folded over; the number of steps."""
     eps = 1.0
     n_steps = 0
     for _ in range(MAX_ROUNDS):
         how = PLAIN._replace(eps=eps)
         before = survey(body, points, how)
-        if before.n_bad == 0 or eps < LEAST_EPS:
+        if before.n_bad == 0 or eps < LEAST_EPS or is_over():
             break
         _, n = minimize(body, points, how, TOLERANCE, MAX_STEPS_AN_EPS, memory)
         n_steps += n

@@ -1,4 +1,5 @@
 """The kinds of working meshes, which passes say that they work on."""
 
 SIMPLICES = "simplices"
-CELLS = "cells"
+FACES = "faces"  # triangles and quads in a plane
+CELLS = "cells"  # solids

@@ -255,15 +255,18 @@ class Workspace:
         twin.visits = dict(self.visits)
         return twin
 
-    def smoothed(self) -> Array:
-        """Where all vertices at once go so that no cell is folded over, (np, 3)."""
+    def smoothed(self, is_over: Callable[[], bool]) -> Array:
+        """Where all vertices at once go so that no cell is folded over, (np, 3); see `foldover`."""
         from .foldover import relocate_all  # seldom needed
 
         cells = self.corners(self.living())
         regular = FAMILIES[SIMPLEX_NAMES[self.dimension]].reference
         shapes = np.linalg.inv((regular[1:] - regular[0])[:, : self.dimension].T)[None]
         kinds = np.zeros(len(cells), np.int64)
-        return relocate_all(self.mesh.points, cells, shapes, kinds, self.mesh.fixed)[0]
+        found, _ = relocate_all(
+            self.mesh.points, cells, shapes, kinds, self.mesh.fixed, is_over=is_over
+        )
+        return found
 
     def move(self, points: Array) -> None:
         """Put all vertices where they are to be, (np, 3)."""

@@ -9,38 +9,13 @@ from meshopt_cli import formats
 from meshopt_cli.cells import FAMILIES
 from meshopt_cli.cli.entry import status_of
 from meshopt_cli.mesh.any_cells import cast_any
-from meshopt_cli.mesh.model import Block, Mesh
+from meshopt_cli.mesh.model import Mesh
 from meshopt_cli.quality.measurable import measurable
 from meshopt_cli.quality.measures import MEASURES
 from meshopt_cli.validity import check
-from support.corners import thrown, wedge_grid
+from support.corners import pyramid_grid, thrown, tri_quad_grid, wedge_grid
 from support.files import strict, write
 from support.meshes import hex_grid, in_space, mesh, quad_grid, tri_grid
-
-
-def tri_quad_grid(n):
-    """Squares, of which every other is two triangles."""
-    grid = quad_grid(n)
-    quads = grid.blocks[0].cells
-    halved = np.arange(len(quads)) % 3 == 0
-    halves = np.concatenate([quads[halved][:, [0, 1, 2]], quads[halved][:, [0, 2, 3]]])
-    return Mesh(grid.points, [Block("triangle", halves), Block("quad", quads[~halved])])
-
-
-def pyramid_grid(n):
-    """Cubes, some of them six pyramids around their middle, and one of these two tetrahedra."""
-    grid = hex_grid(n)
-    cubes = grid.blocks[0].cells
-    split = np.arange(len(cubes)) % 2 == 0
-    middles = grid.points[cubes[split]].mean(axis=1)
-    tops = len(grid.points) + np.arange(len(middles))
-    pyramids = np.concatenate(
-        [np.column_stack([cubes[split][:, facet[::-1]], tops])
-         for facet in np.concatenate(FAMILIES["hexahedron"].facets)]
-    )  # fmt: skip
-    points = np.concatenate([grid.points, middles])
-    return Mesh(points, [Block("pyramid", pyramids), Block("hexahedron", cubes[~split])])
-
 
 GRIDS = {"quads": quad_grid, "triangles and quads": tri_quad_grid, "hexahedra": hex_grid,
          "wedges": wedge_grid, "pyramids and hexahedra": pyramid_grid}  # fmt: skip
@@ -83,7 +58,9 @@ def test_shaken_cells_get_better_and_all_else_stays(tmp_path, make, preset):
     assert report["after"]["worst"] < report["before"]["worst"]
     assert max(least_jacobian(result)) < max(least_jacobian(one))
     for before, after in zip(one.blocks, result.blocks, strict=True):
-        assert (after.type, after.cells.tolist()) == (before.type, before.cells.tolist())
+        assert (after.type, len(after.cells)) == (before.type, len(before.cells))
+        if one.dimension() == 3:
+            assert np.array_equal(after.cells, before.cells)
     fixed = cast_any(one).fixed
     width = one.points.shape[1]
     assert np.array_equal(result.points[fixed][:, :width], one.points[fixed])
@@ -140,8 +117,11 @@ def test_arrays_on_points_are_those_of_the_places_they_come_to(tmp_path):
     one.point_data["x"] = one.points[:, 0].copy()
     result, _ = run(tmp_path, one)
     assert result.point_data["x"] == pytest.approx(result.points[:, 0], abs=1e-6)
+    region = (np.arange(64) > 31).astype(np.int64)
+    one.blocks[0].data |= {"part": region, "load": np.random.default_rng(0).random(64)}
     bare, _ = run(tmp_path, one, "--no-data")
     assert bare.point_data == {}
+    assert set(bare.blocks[0].data) == {"part"}
 
 
 def test_interfaces_between_regions_stay(tmp_path):
@@ -170,10 +150,10 @@ def test_a_plane_may_lie_anywhere(tmp_path, plane):
 
 def test_what_is_for_other_cells_is_left_out_and_said(tmp_path, capsys):
     path = write(tmp_path / "in.vtu", shaken(quad_grid(4)))
-    ask = ["optimize", path, tmp_path / "out.vtu", "--passes", "swap,smooth,collapse", "--json"]
+    ask = ["optimize", path, tmp_path / "out.vtu", "--passes", "relax,smooth,collapse", "--json"]
     assert status_of([str(word) for word in ask]) == 0
     value = json.loads(capsys.readouterr().out)
-    assert value["left_out"] == ["swap", "collapse"]
+    assert value["left_out"] == ["relax", "collapse"]
     assert {line["name"] for line in value["passes"]} == {"smooth"}
     assert value["measure"] == "scaled-jacobian"
 

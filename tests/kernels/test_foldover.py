@@ -253,3 +253,14 @@ def test_what_is_better():
     assert not is_better(base, base)
     assert not is_better(base, Corners(0.19, 0.9))
     assert not is_better(base, Corners(0.2, 0.8 + 1e-12))
+
+
+def test_it_ends_when_it_is_told_to():
+    of = corners(shaken(hex_grid(3), 0.2))
+    points, record = relocate_all(*of, is_over=lambda: True)
+    assert points.tobytes() == of.points.tobytes()
+    assert record.n_steps == 0
+    asked = iter([False, True])
+    points, record = relocate_all(*of, is_over=lambda: next(asked))
+    assert record.n_steps > 0
+    assert is_better(quality(of), quality(of._replace(points=points)))

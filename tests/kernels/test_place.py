@@ -34,8 +34,16 @@ def alone(family, seed):
     by = np.random.default_rng(seed).uniform(-0.15, 0.15, FAMILIES[family].reference.shape)
     by[:, FAMILIES[family].dimension :] = 0.0
     points = FAMILIES[family].reference + by
+    return alone_at(family, points)
+
+
+def alone_at(family, points):
+    """One cell whose corners are at some points."""
     cells = CellSet(family, np.arange(len(points))[None], np.zeros(1, np.int64))
-    return AnyCells(points, [cells], np.zeros(len(points), bool), None, False)
+    return AnyCells(
+        points, [cells], np.zeros(len(points), bool), np.zeros(1, np.int64), np.zeros(1, bool),
+        np.empty((0, 2), np.int64), None, False,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("family", [f for f in FAMILIES if FAMILIES[f].dimension >= 2])
@@ -52,11 +60,7 @@ def test_kernels_measure_what_reports_do(family, name, seed):
 @pytest.mark.parametrize("family", [f for f in FAMILIES if FAMILIES[f].dimension >= 2])
 @pytest.mark.parametrize("name", DRIVING)
 def test_an_ideal_cell_is_ideal(family, name):
-    points = FAMILIES[family].reference
-    cells = CellSet(family, np.arange(len(points))[None], np.zeros(1, np.int64))
-    work = CellWork(
-        AnyCells(points, [cells], np.zeros(len(points), bool), None, False), MEASURES[name].judge
-    )
+    work = CellWork(alone_at(family, FAMILIES[family].reference), MEASURES[name].judge)
     assert work.standing().worst == pytest.approx(1.0, rel=1e-12)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from meshopt_cli.cells import FAMILIES
 from meshopt_cli.mesh.model import Block, Mesh
 from support.edits import inside
-from support.meshes import mesh, tri_grid
+from support.meshes import hex_grid, mesh, quad_grid, tri_grid
 
 
 class Corners(NamedTuple):
@@ -57,6 +57,30 @@ def wedge_grid(n: int) -> Mesh:
         np.hstack([block.cells + k * n_flat, block.cells + (k + 1) * n_flat]) for k in range(n)
     ]
     return mesh(np.concatenate(points), wedge=np.concatenate(cells))
+
+
+def tri_quad_grid(n: int) -> Mesh:
+    """Squares, of which every other is two triangles."""
+    grid = quad_grid(n)
+    quads = grid.blocks[0].cells
+    halved = np.arange(len(quads)) % 3 == 0
+    halves = np.concatenate([quads[halved][:, [0, 1, 2]], quads[halved][:, [0, 2, 3]]])
+    return Mesh(grid.points, [Block("triangle", halves), Block("quad", quads[~halved])])
+
+
+def pyramid_grid(n: int) -> Mesh:
+    """Cubes, some of them six pyramids around their middle, and one of these two tetrahedra."""
+    grid = hex_grid(n)
+    cubes = grid.blocks[0].cells
+    split = np.arange(len(cubes)) % 2 == 0
+    middles = grid.points[cubes[split]].mean(axis=1)
+    tops = len(grid.points) + np.arange(len(middles))
+    pyramids = np.concatenate(
+        [np.column_stack([cubes[split][:, facet[::-1]], tops])
+         for facet in np.concatenate(FAMILIES["hexahedron"].facets)]
+    )  # fmt: skip
+    points = np.concatenate([grid.points, middles])
+    return Mesh(points, [Block("pyramid", pyramids), Block("hexahedron", cubes[~split])])
 
 
 def thrown(of: Mesh, seed: int = 0) -> Mesh:

@@ -74,3 +74,38 @@ def meshes(draw, grid):
         if draw(st.booleans()):
             blocks.append(Block(kind, random.integers(0, len(points), (3, width))))
     return Mesh(points, blocks)
+
+
+def some_mirrored(points, cells, random):
+    """Some cells with their corners in the opposite order, or in any."""
+    cells = cells.copy()
+    chosen = random.random(len(cells)) < random.random()
+    order = (
+        np.arange(cells.shape[1])[::-1]
+        if random.random() < 0.7
+        else random.permutation(cells.shape[1])
+    )
+    cells[chosen] = cells[chosen][:, order]
+    return points, cells
+
+
+@st.composite
+def cells(draw, grid):
+    """A grid of any cells, its points moved, after up to three edits of some of its blocks."""
+    random = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    reach = draw(st.sampled_from([0.0, 0.03, 0.1]))
+    inside = np.all((grid.points > 0) & (grid.points < 1), axis=1)
+    points, blocks = grid.points.copy(), list(grid.blocks)
+    points[inside] += random.uniform(-reach, reach, points[inside].shape)
+    edits = [*EDITS[1:], some_mirrored]
+    if len(blocks) > 1:  # the others would lose their points
+        edits.remove(all_apart)
+    for edit in draw(st.lists(st.sampled_from(edits), max_size=3)):
+        k = int(random.integers(len(blocks)))
+        if len(blocks[k].cells) > 3:
+            points, rows = edit(points, blocks[k].cells, random)
+            blocks[k] = Block(blocks[k].type, rows)
+    if draw(st.booleans()):
+        for block in blocks:
+            block.data["part"] = random.integers(0, 2, len(block.cells))
+    return Mesh(points, [Block(b.type, b.cells, dict(b.data)) for b in blocks])
