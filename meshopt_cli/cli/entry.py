@@ -84,7 +84,8 @@ def _status_of(arguments: list[str]) -> int:
             return _fail("out of memory", EXIT_FILES)
         raise
     try:
-        result = main.main(arguments, prog_name="meshopt", standalone_mode=False)
+        words = tuple(arguments)  # which are told in reports; click empties the list
+        result = main.main(arguments, prog_name="meshopt", standalone_mode=False, obj=words)
         return result if isinstance(result, int) else EXIT_DONE
     except click.exceptions.Exit as done:
         return done.exit_code

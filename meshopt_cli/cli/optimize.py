@@ -101,7 +101,7 @@ def command(
     from ..formats import PIPE
     from ..jobs.optimize_file import FileTask, InvalidFileError, optimize_file, place_of
     from ..plans.config import Request
-    from .output import print_findings, print_reports
+    from .output import print_findings, print_reports, with_command
     from .terminal import compile_kernels, progress, say
 
     # The rest of the options have the names of what they say of the pipeline, and of the files.
@@ -119,13 +119,13 @@ def command(
     except InvalidFileError as error:
         print_findings(error.verdict)
         raise
-    manner = Manner(verbosity)
+    manner, report = Manner(verbosity), with_command(done.report)
     for path, row in written.items():
-        write_reports(path, [done.report], row, manner)
+        write_reports(path, [report], row, manner)
     if (as_json or verbosity >= 0) and PIPE not in written:
         # Where the mesh goes to stdout, it is all that does.
         err = done.written is not None and task.output == PIPE
-        print_reports([done.report], shown, manner, err)
+        print_reports([report], shown, manner, err)
     if done.written is not None:
         return EXIT_DONE
     worst = f"the worst Q stays at {done.result.after.worst:.4g}, above {task.fail_above:g}"

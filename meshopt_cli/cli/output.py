@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import click
@@ -23,6 +25,12 @@ def print_reports(
         click.echo(output.text(reports, manner), nl=False, err=err)
     else:
         output.draw(report_console(err), reports, is_plain(err), manner.verbosity > 0)
+
+
+def with_command(report: Report) -> Report:
+    """A report that tells the words that the program was called with."""
+    words = click.get_current_context().find_object(tuple) or ()
+    return replace(report, command=shlex.join(["meshopt", *words]) if words else "")
 
 
 def print_findings(verdict: Verdict) -> None:

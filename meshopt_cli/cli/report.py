@@ -72,7 +72,7 @@ def command(
     from ..jobs.meshes import files_in
     from ..jobs.report import report_on
     from ..quality.statistics import measures_named
-    from .output import print_reports
+    from .output import print_reports, with_command
     from .terminal import compile_kernels, say
 
     measures_named(names := measures or ())  # what is wrong is said before a mesh is read
@@ -85,9 +85,11 @@ def command(
     status = EXIT_DONE
     for path in files:
         try:
-            reports.append(
-                report_on(path, names, row.all_measures, regions, input_format, max_size, marked)
-            )
+            one = report_on(
+                path, names, row.all_measures, regions, input_format, max_size, marked,
+                row.histograms,
+            )  # fmt: skip
+            reports.append(with_command(one))
         except MeshoptError as error:
             say(str(error))
             status = max(status, error.exit_status)

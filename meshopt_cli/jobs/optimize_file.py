@@ -28,7 +28,7 @@ from .findings import verdict_on
 from .optimize import Result, optimize
 from .quality_arrays import with_quality, without_quality
 from .regions import with_asked_regions
-from .report import report_of
+from .report import naming_cells, report_of
 
 log = logging.getLogger("meshopt")
 
@@ -160,6 +160,10 @@ def optimize_file(
     is_bad = task.fail_above is not None and result.after.worst > task.fail_above
     worked = with_quality(result.mesh, plan.measure) if task.write_quality else result.mesh
     written = None if is_bad else formats.write(task.output, worked, encoding)
+    if not plan.pipeline.repairs:  # else there may be other cells than in the file
+        result = replace(result, before=naming_cells(result.before, source, mesh))
+    if written is not None:
+        result = replace(result, after=naming_cells(result.after, written, worked))
     clock.append(time.perf_counter())
     times = (b - a for a, b in pairwise(clock))
     seconds = dict(zip(("read", "optimize", "write"), times, strict=True))

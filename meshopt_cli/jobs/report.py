@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import logging
+from dataclasses import replace
 from pathlib import Path
 
 from .. import __version__, formats
+from ..cells import family_of
 from ..errors import BadMeshError, naming
 from ..formats import Source, Written
+from ..mesh.model import Mesh
 from ..mesh.tags import regions_in
 from ..plans.stages import Line
 from ..quality.families import summarize_mesh
 from ..quality.measurable import measurable
 from ..quality.measures import DEFAULT_MEASURE, MEASURES, OF_SIMPLICES
 from ..quality.statistics import measures_named, statistics, table_measure
+from ..quality.summary import Summary
+from ..quality.worst import WorstCell
 from ..report.model import FileFacts, PassFacts, Report
 from ..validity import check
 from .admission import require_range
@@ -35,6 +40,7 @@ def report_on(
     input_format: str | None = None,
     max_size: int | None = None,
     marked: Path | None = None,
+    with_histograms: bool = False,
 ) -> Report:
     """The figures of the mesh in a file; what they leave out is logged as a warning.
 
@@ -52,6 +58,8 @@ def report_on(
         See `formats.read`.
     marked : Path, optional
         Where the mesh goes with its quality on the cells.
+    with_histograms : bool
+        Whether the values of the measures are put into bins.
 
     Raises
     ------
@@ -74,20 +82,23 @@ def report_on(
         measures = measures_named(names)
         measure = table_measure(measures, MEASURES[DEFAULT_MEASURE])
         summary = summarize_mesh(mesh, part, measure, others)
-        found = statistics(part, measures)
+        summary = naming_cells(summary, source, mesh)
+        found = statistics(part, measures, with_histograms)
         made = regions_in(mesh)
         if encoding is not None:
             mesh = with_quality(mesh, measure, [m for m in measures if m is not measure])
     if marked is not None and encoding is not None:
         formats.write(marked, mesh, encoding)
     idle = {m.name for m in measures if not m.ways.keys() & part.cells.keys()}
+    notes = part.notes
     if asked := [name for name in names if name in idle]:
-        log.warning("%s: no cell has the measure %s", path, ", ".join(asked))
-    for note in part.notes:
+        notes = (f"no cell has the measure {', '.join(asked)}", *notes)
+    for note in notes:
         log.warning("%s: %s", path, note)
     return Report(
-        __version__, facts_of(source), summary, regions=made, statistics=found, lost=source.lost
-    )
+        __version__, facts_of(source), summary, regions=made, statistics=found, lost=source.lost,
+        notes=notes,
+    )  # fmt: skip
 
 
 def report_of(
@@ -112,6 +123,31 @@ def report_of(
 def facts_of(source: Source) -> FileFacts:
     """What a report says of a file."""
     return FileFacts(str(source.path), source.encoding.format, source.sha256)
+
+
+def naming_cells(summary: Summary, source: Source, mesh: Mesh) -> Summary:
+    """A summary of a mesh whose worst cells have the names by which its file calls them.
+
+    Parameters
+    ----------
+    source : Source
+        Of the file that the mesh is in.
+    """
+    numbering = formats.numbering(source.encoding, mesh)
+
+    def named(one: WorstCell) -> WorstCell:
+        row = one.number
+        for i, block in enumerate(mesh.blocks):
+            family = family_of(block.type)
+            if family is None or family.name != one.family:
+                continue
+            if row < len(block.cells):
+                return replace(one, cell=numbering.cell(i, row))
+            row -= len(block.cells)
+        return one
+
+    parts = tuple(naming_cells(part, source, mesh) for part in summary.parts)
+    return replace(summary, parts=parts, worst_cells=tuple(map(named, summary.worst_cells)))
 
 
 def _pass_facts(line: Line) -> PassFacts:

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from ..cells import FAMILIES
 from ..errors import ConfigError
 from ..mesh import adjacency
-from ..mesh.model import Mesh
+from ..mesh.model import Array, Mesh
 from .census import census
 from .measurable import Part
 from .measures import MEASURES, Measure
 from .summary import Summary, count_vertices, figures, summarize, types_of
+from .worst import in_space, worst_cells, worst_of
 
 
 def summarize_mesh(
@@ -42,24 +44,31 @@ def summarize_mesh(
         raise ConfigError(f"{measure.name} is no measure of {kinds}: see meshopt list measures")
     if part.simplices is not None and measure.is_direct(families[0]):
         return summarize(part.simplices, measure, others)
-    parts = tuple(_of_family(part, family, measure, others) for family in families)
+    parts = tuple(_of_family(mesh, part, family, measure, others) for family in families)
     summary = parts[0] if len(parts) == 1 else _whole(part, parts)
     return replace(summary, census=census(mesh if part.simplices is None else part.simplices))
 
 
-def _of_family(part: Part, family: str, measure: Measure, others: tuple[Measure, ...]) -> Summary:
+def _of_family(
+    mesh: Mesh, part: Part, family: str, measure: Measure, others: tuple[Measure, ...]
+) -> Summary:
     points, cells = part.points, part.cells[family]
     turned = part.is_turned(family)
     kind = "dihedral" if FAMILIES[family].dimension == 3 else "corner"
     least, greatest = (
         MEASURES[f"{kind}-{end}"].of(points, cells, family) for end in ("min", "max")
     )
+    degradation = np.where(turned, math.inf, measure.of(points, cells, family))
+    if part.simplices is None:
+        centres = partial(_centres, mesh, cells)
+    else:
+        centres = partial(in_space, part.simplices)
     return Summary(
         measure=measure.name,
         dimension=FAMILIES[family].dimension,
         family=family,
         n_points=count_vertices(cells, len(points)),
-        **figures(np.where(turned, math.inf, measure.of(points, cells, family))),
+        **figures(degradation),
         # Over an edge of the plane stands a square, or a regular triangle.
         target=1.0 if FAMILIES[family].dimension == 2 else math.nan,
         angle_min=float(least.min()),
@@ -70,7 +79,15 @@ def _of_family(part: Part, family: str, measure: Measure, others: tuple[Measure,
             if family in m.ways
         },
         types=types_of(points, cells) if FAMILIES[family].is_simplex else {},
+        worst_cells=worst_cells(degradation, points, cells, family, centres),
     )
+
+
+def _centres(mesh: Mesh, cells: Array, rows: Array) -> Array:
+    """Where some of the cells of a family are, (n, 3)."""
+    centres = np.zeros((len(rows), 3))
+    centres[:, : mesh.points.shape[1]] = mesh.points[cells[rows]].mean(axis=1)
+    return centres
 
 
 def _whole(part: Part, parts: tuple[Summary, ...]) -> Summary:
@@ -100,6 +117,7 @@ def _whole(part: Part, parts: tuple[Summary, ...]) -> Summary:
         },
         types={kind: n for summary in parts for kind, n in summary.types.items()},
         parts=parts,
+        worst_cells=worst_of(summary.worst_cells for summary in parts),
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from .census import Census, census
 from .measures import MEASURES, Measure, as_degradation, cell_quality
 from .room import Room, room
 from .target import target
+from .worst import WorstCell, in_space, worst_cells
 
 # Upper ends of the ranks of Table 18.3; the last one has none.
 RANKS = (1.0, 2.0, 3.0, 10.0, math.inf)
@@ -51,6 +53,7 @@ class Summary:
     room: Room | None = None  # of tetrahedra
     census: Census | None = None  # of the whole mesh
     parts: tuple[Summary, ...] = ()  # one a family, where there are several
+    worst_cells: tuple[WorstCell, ...] = ()  # the very worst first
 
     @property
     def equation(self) -> str:
@@ -97,13 +100,14 @@ def summarize(
         points, cells = unfolded(points, cells)
     family = SIMPLICES[simplices.dimension]
     q = cell_quality(points, cells, measure)
+    degradation = as_degradation(q)
     least, greatest = angle_range(points, cells)
     return Summary(
         measure=measure.name,
         dimension=simplices.dimension,
         family=family,
         n_points=n_points,
-        **figures(as_degradation(q)),
+        **figures(degradation),
         target=target(simplices, measure) if best_target is None else best_target,
         angle_min=math.degrees(least),
         angle_max=math.degrees(greatest),
@@ -114,6 +118,7 @@ def summarize(
         types=types_of(points, cells),
         room=room(simplices, measure, q),
         census=census(simplices),
+        worst_cells=worst_cells(degradation, points, cells, family, partial(in_space, simplices)),
     )
 
 

@@ -11,6 +11,7 @@ from ..quality.census import Census
 from ..quality.room import Room
 from ..quality.statistics import Statistic
 from ..quality.summary import RANKS, Summary
+from ..quality.worst import WorstCell
 from .model import FileFacts, Report
 
 
@@ -31,6 +32,16 @@ def _room(room: Room | None) -> dict[str, Any] | None:
         for p in room.places
     ]
     return {"held": room.held, "near": room.near, "most": most}
+
+
+def _worst(one: WorstCell) -> dict[str, Any]:
+    return {
+        "cell": one.cell or None,
+        "family": one.family,
+        "type": one.type or None,
+        "where": list(one.where),
+        "Q": _number(one.quality),
+    }
 
 
 def _census(census: Census | None) -> dict[str, Any] | None:
@@ -79,6 +90,7 @@ def summary_dict(summary: Summary | None) -> dict[str, Any] | None:
         "room": _room(summary.room),
         "census": _census(summary.census),
         "measures": {n: _number(v) for n, v in summary.worst_by_measure.items()},
+        "worst_cells": [_worst(one) for one in summary.worst_cells],
         "families": {part.family: summary_dict(part) for part in summary.parts},
     }
 

@@ -51,6 +51,8 @@ class Report:
     lost: tuple[str, ...] = ()  # what did not go over, on reading, working or writing
     left_out: tuple[str, ...] = ()  # passes that are for other cells
     statistics: tuple[Statistic, ...] = ()  # of the measures that were asked for
+    notes: tuple[str, ...] = ()  # what of a mesh that was looked at is measured otherwise, or not
+    command: str = ""  # the words that the program was called with, as a shell takes them
 
     @property
     def title(self) -> str:

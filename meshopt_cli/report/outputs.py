@@ -72,11 +72,14 @@ class ReportOutput(Output["Report"]):
     ----------
     all_measures : bool
         Whether it tells the worst Q by every measure.
+    histograms : bool
+        Whether it shows those of the measures that are asked for.
     draw : function of a console, reports, `plain` and `each_round`, optional
         Prints them in colours, where the form has some.
     """
 
     all_measures: bool = False
+    histograms: bool = False
     draw: Callable[[Console, Iterable[Report], bool, bool], None] | None = None
 
 
@@ -126,6 +129,12 @@ def _csv(reports: Iterable[Report], manner: Manner) -> Iterator[str]:
     yield to_csv(list(reports))
 
 
+def _html(reports: Iterable[Report], manner: Manner) -> Iterator[str]:
+    from .html import to_html
+
+    yield to_html(list(reports))
+
+
 OUTPUTS: dict[str, ReportOutput] = {
     row.name: row
     for row in (
@@ -133,6 +142,7 @@ OUTPUTS: dict[str, ReportOutput] = {
         ReportOutput("json", _json, (".json",), all_measures=True),
         ReportOutput("markdown", _markdown, (".md",)),
         ReportOutput("csv", _csv, (".csv",)),
+        ReportOutput("html", _html, (".html",), all_measures=True, histograms=True),
     )
 }
 

@@ -96,6 +96,9 @@ def test_a_time_limit_of_nothing_gives_the_mesh_back(meshopt, tets, tmp_path):
     ran = meshopt("optimize", tets, tmp_path / "out.vtk", "--time-limit", "0", "--json")
     assert ran.status == 0
     before, after = (strict(ran.out)[key] for key in ("before", "after"))
+    for figures in (before, after):
+        for cell in figures["worst_cells"]:
+            del cell["cell"]  # cells may be listed in another order
     assert after == before
     assert np.array_equal(*(formats.read(p)[0].points for p in (tets, tmp_path / "out.vtk")))
 

@@ -79,7 +79,7 @@ reports = st.builds(report, summaries) | st.builds(report, summaries, summaries)
 
 SUMMARY_KEYS = {"ne", "np", "worst", "mean", "best", "target", "invalid", "histogram",
                 "angle_min", "angle_max", "angles_forced", "measures",
-                "types", "room", "census", "families"}  # fmt: skip
+                "types", "room", "census", "worst_cells", "families"}  # fmt: skip
 PASS_KEYS = {"round", "name", "visited", "applied", "refused", "seconds", "worst", "mean"}
 TOP_KEYS = {"meshopt", "input", "output", "measure", "dimension", "before", "after", "passes",
             "regions", "stopped", "statistics", "left_out", "seconds", "lost"}  # fmt: skip
@@ -105,6 +105,10 @@ def check_summary(value, one, measure=DEFAULT_MEASURE):
     else:
         assert 0 <= value["room"]["near"] <= value["room"]["held"] <= value["ne"]
         assert all(p["Q"] > 1.1 * p["allowed"] >= 1.1 for p in value["room"]["most"])
+    worst = value["worst_cells"]
+    assert len(worst) == min(10, value["ne"])
+    assert [cell["Q"] for cell in worst] == pytest.approx(np.sort(1 / q)[::-1][:10], rel=1e-12)
+    assert all(set(cell) == {"cell", "family", "type", "where", "Q"} for cell in worst)
     census = value["census"]
     assert census["simplices"] == value["ne"]
     assert 0 <= census["obtuse"] <= value["ne"]
