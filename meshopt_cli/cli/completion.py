@@ -69,6 +69,19 @@ def rules() -> Iterable[tuple[str, str]]:
     return ((r.code, r.title) for r in RULES.values())
 
 
+def metrics(
+    ctx: click.Context, parameter: click.Parameter, incomplete: str
+) -> list[CompletionItem]:
+    """The metric of the mesh itself, and files."""
+    from click.shell_completion import CompletionItem
+
+    from ..jobs.metric import IMPLIED
+
+    own = [CompletionItem(IMPLIED, help="the metric of the mesh itself")]
+    files = CompletionItem(incomplete, type="file")
+    return [*(item for item in own if item.value.startswith(incomplete)), files]
+
+
 def of(rows: Rows, many: bool = False) -> Completer:
     """What completes one of the names of a table, or the last of several with commas."""
 

@@ -31,6 +31,16 @@ from .options import (
     "measures`.",
     shell_complete=completion.of(completion.limits, many=True),
 )
+@click.option(
+    "--metric", metavar="SOURCE",
+    help="Judge the mesh by a metric too: a file of Medit (.sol, .solb), an array of its points, "
+         "or `implied`, its own.",
+    shell_complete=completion.metrics,
+)  # fmt: skip
+@click.option(
+    "--size", metavar="FORMULA",
+    help="Judge it by sizes, a formula in x, y and z, such as 0.01+0.19*x.",
+)  # fmt: skip
 @region_option
 @click.option(
     "--format", "form", type=click.Choice(list(OUTPUTS)),
@@ -50,6 +60,8 @@ from .options import (
 def command(
     meshes: tuple[Path, ...],
     measures: tuple[str, ...] | None,
+    metric: str | None,
+    size: str | None,
     regions: tuple[str, ...],
     form: str | None,
     output: Path | None,
@@ -70,16 +82,19 @@ def command(
         row = OUTPUTS["table"]
     from ..files.places import require_places
     from ..jobs.meshes import files_in
+    from ..jobs.metric import asked_for
     from ..jobs.report import report_on
     from ..quality.statistics import measures_named
     from .output import print_reports, with_command
     from .terminal import compile_kernels, say
 
     measures_named(names := measures or ())  # what is wrong is said before a mesh is read
+    asked = asked_for(metric, size)
     files = files_in(meshes)
     if marked is not None and len(files) > 1:
         raise ConfigError("--write-quality goes with one mesh")
-    require_places([place for place in (output, marked) if place is not None], files)
+    read = [*files, asked.path] if asked and asked.path else files
+    require_places([place for place in (output, marked) if place is not None], read)
     compile_kernels(verbosity < 0)
     reports = []
     status = EXIT_DONE
@@ -87,7 +102,7 @@ def command(
         try:
             one = report_on(
                 path, names, row.all_measures, regions, input_format, max_size, marked,
-                row.histograms,
+                row.histograms, asked,
             )  # fmt: skip
             reports.append(with_command(one))
         except MeshoptError as error:

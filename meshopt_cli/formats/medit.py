@@ -75,7 +75,7 @@ def _read_text(data: bytes) -> _Parts:
     dropped = []
     values: dict[str, int] = {}
     ended, name = False, ""
-    for name, content in _sections(data):
+    for name, content in sections(data):
         if name == _LAST:
             ended = True
             break
@@ -116,7 +116,7 @@ def _left_out(name: str) -> str:
     return name
 
 
-def _sections(data: bytes) -> Iterator[tuple[str, bytes]]:
+def sections(data: bytes) -> Iterator[tuple[str, bytes]]:
     """Go through a text: keywords, and what follows each."""
     if b"#" in data or b'"' in data:  # comments and names of other files
         data = re.sub(rb"#[^\r\n]*|\"[^\"\r\n]*\"", b"", data)

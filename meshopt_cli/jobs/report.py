@@ -22,6 +22,7 @@ from ..quality.worst import WorstCell
 from ..report.model import FileFacts, PassFacts, Report
 from ..validity import check
 from .admission import require_range
+from .metric import Asked, judge_by, with_judged
 from .optimize import Result
 from .quality_arrays import with_quality
 from .regions import with_asked_regions
@@ -41,6 +42,7 @@ def report_on(
     max_size: int | None = None,
     marked: Path | None = None,
     with_histograms: bool = False,
+    metric: Asked | None = None,
 ) -> Report:
     """The figures of the mesh in a file; what they leave out is logged as a warning.
 
@@ -60,11 +62,13 @@ def report_on(
         Where the mesh goes with its quality on the cells.
     with_histograms : bool
         Whether the values of the measures are put into bins.
+    metric : Asked, optional
+        The metric that the mesh is judged by.
 
     Raises
     ------
     ConfigError
-        The mesh has no such array, or there is no such measure.
+        The mesh has no such array, there is no such measure, or the metric is none.
     ReadError, WriteError
         A file cannot be read, or written.
     BadMeshError, UnsupportedMeshError
@@ -84,9 +88,11 @@ def report_on(
         summary = summarize_mesh(mesh, part, measure, others)
         summary = naming_cells(summary, source, mesh)
         found = statistics(part, measures, with_histograms)
+        judged = metric and judge_by(metric, mesh, source, part, measure, max_size)
         made = regions_in(mesh)
         if encoding is not None:
             mesh = with_quality(mesh, measure, [m for m in measures if m is not measure])
+            mesh = with_judged(mesh, judged) if judged else mesh
     if marked is not None and encoding is not None:
         formats.write(marked, mesh, encoding)
     idle = {m.name for m in measures if not m.ways.keys() & part.cells.keys()}
@@ -98,6 +104,7 @@ def report_on(
     return Report(
         __version__, facts_of(source), summary, regions=made, statistics=found, lost=source.lost,
         notes=notes,
+        metric=judged.summary if judged else None,
     )  # fmt: skip
 
 

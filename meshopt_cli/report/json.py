@@ -12,6 +12,7 @@ from ..quality.room import Room
 from ..quality.statistics import Statistic
 from ..quality.summary import RANKS, Summary
 from ..quality.worst import WorstCell
+from .metric import metric_dict
 from .model import FileFacts, Report
 
 
@@ -123,6 +124,7 @@ def report_dict(report: Report) -> dict[str, Any]:
             {**asdict(p), "worst": _number(p.worst), "mean": _number(p.mean)} for p in report.passes
         ],
         "statistics": [_statistic(s) for s in report.statistics],
+        "metric": None if report.metric is None else metric_dict(report.metric),
         "regions": {"count": report.regions.count, "arrays": list(report.regions.arrays)},
         "stopped": report.stopped or None,
         "seconds": report.seconds,

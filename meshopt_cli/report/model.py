@@ -8,6 +8,7 @@ from pathlib import Path
 from ..cells import FAMILIES
 from ..errors import shown
 from ..mesh.tags import Regions
+from ..metric.summary import MetricSummary
 from ..quality.statistics import Statistic
 from ..quality.summary import Summary
 
@@ -53,6 +54,7 @@ class Report:
     statistics: tuple[Statistic, ...] = ()  # of the measures that were asked for
     notes: tuple[str, ...] = ()  # what of a mesh that was looked at is measured otherwise, or not
     command: str = ""  # the words that the program was called with, as a shell takes them
+    metric: MetricSummary | None = None  # of a mesh that was judged by one
 
     @property
     def title(self) -> str:

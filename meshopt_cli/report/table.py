@@ -8,7 +8,9 @@ from rich.console import Console, Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from ..metric.summary import MetricSummary
 from ..quality.summary import Summary
+from .metric import LENGTH_HEADINGS, length_rows, metric_lines
 from .model import Report
 from .rows import (
     HEADINGS,
@@ -62,6 +64,16 @@ def measures_table(report: Report) -> Table:
     return table
 
 
+def lengths_table(metric: MetricSummary) -> Table:
+    """Lengths in a metric: a row of all edges, and one of those inside."""
+    table = Table(box=None, pad_edge=False, padding=(0, 1))
+    for i, heading in enumerate(LENGTH_HEADINGS):
+        table.add_column(heading, justify="right" if i else "left", no_wrap=True)
+    for row in length_rows(metric):
+        table.add_row(*row)
+    return table
+
+
 def passes_table(report: Report, each_round: bool) -> Table:
     """A row a pass."""
     table = Table(box=None, pad_edge=False, padding=(0, 1))
@@ -92,6 +104,9 @@ def render(report: Report, plain: bool = False, each_round: bool = False) -> Ren
         parts.append(Text(f"{name:{width}}") + bar(summary, plain))
     if report.statistics:
         parts += ["", measures_table(report)]
+    if report.metric is not None:
+        parts += ["", lengths_table(report.metric), ""]
+        parts += [Text(line) for line in metric_lines(report.metric)]
     if report.passes:
         parts += ["", passes_table(report, each_round)]
     parts += ["", *(Text(line) for line in closing_lines(report))]

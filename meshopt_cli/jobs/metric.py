@@ -1,0 +1,164 @@
+"""The metric that a user asks for, and a mesh judged by it."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from .. import formats
+from ..cells import family_of
+from ..errors import ConfigError, hint
+from ..formats import Source
+from ..formats.medit_sol import SCALAR, TENSOR, is_sol, read_sol
+from ..mesh.model import Array, Mesh, top_blocks
+from ..mesh.plane import with_depth
+from ..mesh.tags import OWN
+from ..metric.domain import Domain, domain_of
+from ..metric.field import MEDIT, VTK, Metric, fitted, from_array, require_definite
+from ..metric.formula import Formula, formula_of
+from ..metric.implied import implied
+from ..metric.summary import Judged, judge
+from ..quality.measurable import Part
+from ..quality.measures import Measure
+
+log = logging.getLogger("meshopt")
+
+IMPLIED = "implied"
+OF_VTK = ("vtk", "vtu")  # formats whose symmetric tensors have the order of VTK
+
+# Arrays on cells: Q in the metric, and how far a cell is from a unit one and an optimal one.
+ARRAYS = tuple(f"{OWN}metric-{what}" for what in ("Q", "unit", "optimal"))
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Where a metric is to come from: a formula for sizes, or else what a name says.
+
+    Attributes
+    ----------
+    name : str
+        `IMPLIED`, a file called `.sol` or `.solb`, or an array on the points of the mesh.
+    size : Formula, optional
+    """
+
+    name: str = ""
+    size: Formula | None = None
+
+    @property
+    def path(self) -> Path | None:
+        """The file that is named, if one is."""
+        named = Path(self.name)
+        return named if self.size is None and is_sol(named) else None
+
+
+def asked_for(metric: str | None, size: str | None) -> Asked | None:
+    """What `--metric` and `--size` say; None where there is neither.
+
+    Raises
+    ------
+    ConfigError
+        There are both, or the formula is none.
+    """
+    if metric is not None and size is not None:
+        raise ConfigError("--metric and --size exclude each other")
+    if size is not None:
+        return Asked(size=formula_of(size))
+    return None if metric is None else Asked(metric)
+
+
+def judge_by(
+    asked: Asked,
+    mesh: Mesh,
+    source: Source,
+    part: Part,
+    measure: Measure,
+    max_size: int | None = None,
+) -> Judged:
+    """Judge a mesh by the metric that is asked for.
+
+    Parameters
+    ----------
+    source : Source
+        The file that the mesh was read from.
+    part : Part
+        What `measurable` takes from the mesh: it knows which cells are turned the wrong way.
+    max_size : int, optional
+        See `formats.read`: for the file of the metric.
+
+    Raises
+    ------
+    ConfigError
+        There is no such metric, it does not fit the mesh, or is none at some vertices.
+    ReadError
+        Its file cannot be read.
+    """
+    domain = domain_of(mesh)
+    metric = _metric(asked, mesh, source, domain, max_size)
+    turned = {family: part.is_turned(family) for family in domain.cells}
+    return judge(domain, turned, metric, measure)
+
+
+def _metric(
+    asked: Asked, mesh: Mesh, source: Source, domain: Domain, max_size: int | None
+) -> Metric:
+    name = formats.numbering(source.encoding, mesh).point
+    used = domain.used
+    values: Array
+    order: str | None = None
+    if asked.size is not None:
+        values, told = asked.size.at(with_depth(mesh.points)), f"size {asked.size.text}"
+    elif asked.name == IMPLIED:
+        made = implied(domain.points, domain.cells, domain.is_flat)
+        values, told = made.values, made.source
+    elif asked.path is not None:
+        values, told = _of_file(asked.path, max_size)
+        order = MEDIT
+    elif asked.name in mesh.point_data:
+        values, told = mesh.point_data[asked.name], f"array {asked.name}"
+        order = VTK if source.encoding.format in OF_VTK else MEDIT
+    else:
+        known = [*mesh.point_data, IMPLIED]
+        raise ConfigError(
+            f"no array {asked.name!r} on the points{hint(asked.name, known)}; files of metrics "
+            "end in .sol or .solb"
+        )
+    metric = fitted(from_array(values, used, told, order, name), domain.is_flat)
+    return require_definite(metric, used, name)
+
+
+def _of_file(path: Path, max_size: int | None) -> tuple[Array, str]:
+    """The field of a file that is the metric, and what it is called: the first tensor, else the
+    first scalar."""
+    fields = read_sol(path, max_size).fields
+    for wanted, what in ((TENSOR, "tensor"), (SCALAR, "scalar")):
+        for number, (kind, values) in enumerate(fields, 1):
+            if kind == wanted:
+                told = path.name
+                if len(fields) > 1:
+                    told += f", field {number}"
+                    log.warning("%s: of %d fields, the first %s is the metric: field %d",
+                                path, len(fields), what, number)  # fmt: skip
+                return values, told
+    raise ConfigError(f"{path}: no field in it is a scalar or a symmetric tensor")
+
+
+def with_judged(mesh: Mesh, judged: Judged) -> Mesh:
+    """A mesh with `ARRAYS` on its cells of greatest dimension, not a number where there is none."""
+    top, blocks = top_blocks(mesh), []
+    rows: dict[str, int] = {}
+    for block in mesh.blocks:
+        family = family_of(block.type)
+        if family is None or not any(block is one for one in top):
+            blocks.append(block)
+            continue
+        first = rows.get(family.name, 0)
+        rows[family.name] = last = first + len(block.cells)
+        parts = (judged.quality, judged.unit, judged.optimal)
+        none = np.full(last, np.nan)
+        data = {name: found.get(family.name, none)[first:last]
+                for name, found in zip(ARRAYS, parts, strict=True)}  # fmt: skip
+        blocks.append(replace(block, data={**block.data, **data}))
+    return replace(mesh, blocks=blocks)
