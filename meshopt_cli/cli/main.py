@@ -40,6 +40,7 @@ COMMANDS = {
     "optimize": ("optimize", "Optimize a mesh and report what changed."),
     "check": ("check", "Look for everything that makes meshes invalid."),
     "report": ("report", "Show the quality of meshes."),
+    "view": ("view", "Draw a mesh, its cells coloured by their quality."),
     "repair": ("repair", "Mend what is wrong with a mesh, on request."),
     "list": ("listing", "List passes, measures, formats, rules or presets."),
 }
@@ -78,7 +79,7 @@ def _meant(args: list[str]) -> str:
         return f": did you mean 'meshopt {named}{' ' * bool(named)}--help'?"
     if os.path.exists(word) or _is_named_like_mesh(word):
         return (
-            f": what is to be done with it? meshopt check {word}, report {word}, "
+            f": what is to be done with it? meshopt check {word}, report {word}, view {word}, "
             f"optimize {word} OUTPUT, repair --all {word} OUTPUT"
         )
     return hint(word, COMMANDS)

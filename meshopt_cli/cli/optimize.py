@@ -113,6 +113,8 @@ def command(
     require_places([task.output, *reports], [input], replaced=[task.output])
     if verbosity > 0 or any(row.all_measures for row in (shown, *written.values())):
         task = replace(task, all_measures=True)
+    if any(row.pictures for row in written.values()):
+        task = replace(task, with_pictures=True)
     try:
         with progress(verbosity < 0) as observer:
             done = optimize_file(task, observer, partial(compile_kernels, verbosity < 0))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import click
@@ -41,6 +42,10 @@ from .options import (
     "--size", metavar="FORMULA",
     help="Judge it by sizes, a formula in x, y and z, such as 0.01+0.19*x.",
 )  # fmt: skip
+@click.option(
+    "--against", type=INPUT, metavar="BEFORE",
+    help="Compare with another mesh: rows of it before, and of MESH after.",
+)  # fmt: skip
 @region_option
 @click.option(
     "--format", "form", type=click.Choice(list(OUTPUTS)),
@@ -62,6 +67,7 @@ def command(
     measures: tuple[str, ...] | None,
     metric: str | None,
     size: str | None,
+    against: Path | None,
     regions: tuple[str, ...],
     form: str | None,
     output: Path | None,
@@ -83,7 +89,7 @@ def command(
     from ..files.places import require_places
     from ..jobs.meshes import files_in
     from ..jobs.metric import asked_for
-    from ..jobs.report import report_on
+    from ..jobs.report import compared, report_on
     from ..quality.statistics import measures_named
     from .output import print_reports, with_command
     from .terminal import compile_kernels, say
@@ -93,18 +99,22 @@ def command(
     files = files_in(meshes)
     if marked is not None and len(files) > 1:
         raise ConfigError("--write-quality goes with one mesh")
-    read = [*files, asked.path] if asked and asked.path else files
+    others = (against, asked.path if asked else None)
+    read = [*files, *(path for path in others if path is not None)]
     require_places([place for place in (output, marked) if place is not None], read)
     compile_kernels(verbosity < 0)
+    told = partial(
+        report_on, names=names, all_measures=row.all_measures, regions=regions,
+        input_format=input_format, max_size=max_size, with_histograms=row.histograms,
+        metric=asked, with_pictures=row.pictures,
+    )  # fmt: skip
+    before = None if against is None else told(against)
     reports = []
     status = EXIT_DONE
     for path in files:
         try:
-            one = report_on(
-                path, names, row.all_measures, regions, input_format, max_size, marked,
-                row.histograms, asked,
-            )  # fmt: skip
-            reports.append(with_command(one))
+            one = told(path, marked=marked)
+            reports.append(with_command(one if before is None else compared(before, one)))
         except MeshoptError as error:
             say(str(error))
             status = max(status, error.exit_status)

@@ -25,6 +25,7 @@ from ..validity import meant
 from ..work.kinds import CELLS, FACES, SIMPLICES
 from .admission import InvalidMeshError, require_known_cells
 from .findings import verdict_on
+from .illustrate import illustrated
 from .optimize import Result, optimize
 from .quality_arrays import with_quality, without_quality
 from .regions import with_asked_regions
@@ -70,6 +71,8 @@ class FileTask:
     all_measures : bool
         Tell the worst Q by every measure, and the angles that the boundary forces; so do
         pipelines that are for them.
+    with_pictures : bool
+        Draw the mesh before and after, where there is what draws it.
     """
 
     input: Path
@@ -85,6 +88,7 @@ class FileTask:
     no_data: bool = False
     write_quality: bool = False
     all_measures: bool = False
+    with_pictures: bool = False
 
 
 @dataclass(frozen=True)
@@ -167,7 +171,10 @@ def optimize_file(
     clock.append(time.perf_counter())
     times = (b - a for a, b in pairwise(clock))
     seconds = dict(zip(("read", "optimize", "write"), times, strict=True))
-    return FileResult(result, report_of(source, result, seconds, written), written)
+    report = report_of(source, result, seconds, written)
+    if task.with_pictures:
+        report = illustrated(report, [mesh, result.mesh])
+    return FileResult(result, report, written)
 
 
 def kind_of(mesh: Mesh) -> str:

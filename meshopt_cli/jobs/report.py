@@ -8,8 +8,8 @@ from pathlib import Path
 
 from .. import __version__, formats
 from ..cells import family_of
-from ..errors import BadMeshError, naming
-from ..formats import Source, Written
+from ..errors import BadMeshError, ConfigError, naming, shown
+from ..formats import Numbering, Source, Written
 from ..mesh.model import Mesh
 from ..mesh.tags import regions_in
 from ..plans.stages import Line
@@ -22,6 +22,7 @@ from ..quality.worst import WorstCell
 from ..report.model import FileFacts, PassFacts, Report
 from ..validity import check
 from .admission import require_range
+from .illustrate import illustrated
 from .metric import Asked, judge_by, with_judged
 from .optimize import Result
 from .quality_arrays import with_quality
@@ -43,6 +44,7 @@ def report_on(
     marked: Path | None = None,
     with_histograms: bool = False,
     metric: Asked | None = None,
+    with_pictures: bool = False,
 ) -> Report:
     """The figures of the mesh in a file; what they leave out is logged as a warning.
 
@@ -64,6 +66,8 @@ def report_on(
         Whether the values of the measures are put into bins.
     metric : Asked, optional
         The metric that the mesh is judged by.
+    with_pictures : bool
+        Whether it is drawn, where there is what draws it.
 
     Raises
     ------
@@ -101,11 +105,50 @@ def report_on(
         notes = (f"no cell has the measure {', '.join(asked)}", *notes)
     for note in notes:
         log.warning("%s: %s", path, note)
-    return Report(
+    report = Report(
         __version__, facts_of(source), summary, regions=made, statistics=found, lost=source.lost,
         notes=notes,
         metric=judged.summary if judged else None,
     )  # fmt: skip
+    return illustrated(report, [mesh]) if with_pictures else report
+
+
+def compared(before: Report, after: Report) -> Report:
+    """A report on two meshes, as if one had been made of the other.
+
+    Parameters
+    ----------
+    before, after : Report
+        On a mesh each.
+
+    Raises
+    ------
+    ConfigError
+        Their cells are not of one dimension.
+    """
+    if before.before.dimension != after.before.dimension:
+        raise ConfigError(
+            f"{after.input.path}: cells of dimension {after.before.dimension} are not compared "
+            f"with those of {before.input.path}, of dimension {before.before.dimension}"
+        )
+    pictures = after.pictures
+    if before.pictures is not None and pictures is not None:
+        wholes, worst = before.pictures.wholes, before.pictures.worst
+        pictures = replace(pictures, wholes=wholes + pictures.wholes, worst=worst + pictures.worst)
+    return replace(
+        before,
+        output=after.input,
+        after=after.before,
+        statistics_after=after.statistics,
+        metric_after=after.metric,
+        lost=_told_of(before, before.lost) + _told_of(after, after.lost),
+        notes=_told_of(before, before.notes) + _told_of(after, after.notes),
+        pictures=pictures,
+    )
+
+
+def _told_of(report: Report, lines: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(f"{shown(report.input.path)}: {line}" for line in lines)
 
 
 def report_of(
@@ -143,18 +186,22 @@ def naming_cells(summary: Summary, source: Source, mesh: Mesh) -> Summary:
     numbering = formats.numbering(source.encoding, mesh)
 
     def named(one: WorstCell) -> WorstCell:
-        row = one.number
-        for i, block in enumerate(mesh.blocks):
-            family = family_of(block.type)
-            if family is None or family.name != one.family:
-                continue
-            if row < len(block.cells):
-                return replace(one, cell=numbering.cell(i, row))
-            row -= len(block.cells)
-        return one
+        return replace(one, cell=cell_name(mesh, numbering, one.family, one.number))
 
     parts = tuple(naming_cells(part, source, mesh) for part in summary.parts)
     return replace(summary, parts=parts, worst_cells=tuple(map(named, summary.worst_cells)))
+
+
+def cell_name(mesh: Mesh, numbering: Numbering, family: str, row: int) -> str:
+    """What the file of a mesh calls a cell, by its row among all of its family."""
+    for i, block in enumerate(mesh.blocks):
+        kind = family_of(block.type)
+        if kind is None or kind.name != family:
+            continue
+        if row < len(block.cells):
+            return numbering.cell(i, row)
+        row -= len(block.cells)
+    return ""
 
 
 def _pass_facts(line: Line) -> PassFacts:

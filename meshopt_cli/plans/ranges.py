@@ -130,4 +130,8 @@ RANGES: dict[str, Range] = {
     "tolerance": Range(0, 0.1, is_open=True),
     "limit": Range(0, MOST, is_whole=True),
     "jobs": Range(1, MOST, is_whole=True),
+    # of `view`
+    "shrink": Range(0, 1, is_open=True),
+    "worst": Range(1, 100, is_whole=True),
+    "width": Range(100, 10_000, is_whole=True),
 }

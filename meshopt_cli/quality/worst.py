@@ -44,6 +44,23 @@ class WorstCell:
     cell: str = ""
 
 
+def worst_rows(degradation: Array, n: int) -> Array:
+    """Rows of the n greatest of some values, (n,), the greatest first; of equals the first rows.
+
+    Parameters
+    ----------
+    degradation : (m,) float64
+        All of them numbers, infinite ones too.
+    """
+    rows = np.arange(len(degradation))
+    if len(degradation) > n:
+        least = np.partition(degradation, len(degradation) - n)[len(degradation) - n]
+        # Ties at the limit may be many, and so come last and in order.
+        above, equal = np.flatnonzero(degradation > least), np.flatnonzero(degradation == least)
+        rows = np.concatenate([above, equal[: n - len(above)]])
+    return rows[np.argsort(-degradation[rows], kind="stable")]
+
+
 def worst_cells(
     degradation: Array,
     points: Array,
@@ -63,13 +80,7 @@ def worst_cells(
         Where some of them are in space.
     """
     q = np.where(np.isnan(degradation), math.inf, degradation)
-    rows = np.arange(len(q))
-    if len(q) > N_WORST:
-        least = np.partition(q, len(q) - N_WORST)[len(q) - N_WORST]
-        # Ties at the limit may be many, and so come last and in order.
-        above, equal = np.flatnonzero(q > least), np.flatnonzero(q == least)
-        rows = np.concatenate([above, equal[: N_WORST - len(above)]])
-    rows = rows[np.argsort(-q[rows], kind="stable")]
+    rows = worst_rows(q, N_WORST)
     corners = np.ascontiguousarray(cells[rows])
     types = [""] * len(rows)
     if FAMILIES[family].is_simplex:

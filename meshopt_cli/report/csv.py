@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import csv
 import io
+from typing import Any
 
 from ..errors import shown
+from ..metric.summary import MetricSummary
 from ..quality.statistics import Statistic
 from .metric import CSV_HEADINGS, csv_values
 from .model import Report
@@ -21,20 +23,34 @@ def to_csv(reports: list[Report]) -> str:
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     angles = ["mean", "angle_min", "angle_max"]
-    asked = list(dict.fromkeys(_key(s) for report in reports for s in report.statistics))
+    every = [s for report in reports for s in (*report.statistics, *report.statistics_after)]
+    asked = list(dict.fromkeys(_key(s) for s in every))
     more = [f"{' '.join(key)} {end}" for key in asked for end in ("least", "mean", "greatest")]
     has_metric = any(report.metric is not None for report in reports)
     more += CSV_HEADINGS if has_metric else ()
     writer.writerow(["file", "mesh", *HEADINGS, *angles, *more])
     for report in reports:
-        found = {_key(s): [s.least, s.mean, s.greatest] for s in report.statistics}
-        values = [value for key in asked for value in found.get(key, [""] * 3)]
-        if has_metric:
-            values += csv_values(report.metric)
+        values = _values(report.statistics, report.metric, asked, has_metric)
+        later = _values(report.statistics_after, report.metric_after, asked, has_metric)
         for name, s in named_rows(report):
+            is_later = report.is_comparison and name.endswith("after")
+            facts = report.output if is_later and report.output is not None else report.input
             figures = [s.target, s.worst, s.n_cells, s.n_points, s.mean, s.angle_min, s.angle_max]
-            writer.writerow([shown(report.input.path), name, *s.counts, *figures, *values])
+            own = later if is_later else values
+            writer.writerow([shown(facts.path), name, *s.counts, *figures, *own])
     return out.getvalue()
+
+
+def _values(
+    statistics: tuple[Statistic, ...],
+    metric: MetricSummary | None,
+    asked: list[tuple[str, str]],
+    has_metric: bool,
+) -> list[Any]:
+    """The columns of the measures that were asked for, and of a metric."""
+    found = {_key(s): [s.least, s.mean, s.greatest] for s in statistics}
+    values = [value for key in asked for value in found.get(key, [""] * 3)]
+    return [*values, *(csv_values(metric) if has_metric else ())]
 
 
 def _key(statistic: Statistic) -> tuple[str, str]:

@@ -1,4 +1,5 @@
-"""The report as one page of HTML that needs nothing else: no scripts, no requests, no pictures.
+"""The report as one page of HTML that needs nothing else: no scripts, no requests; pictures are
+in it.
 
 Its characters are all of ASCII, so that it reads alike whatever it is taken for.
 """
@@ -6,20 +7,23 @@ Its characters are all of ASCII, so that it reads alike whatever it is taken for
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 
-from ..errors import shown
 from . import sections
 from .markup import paragraph, quality, table, text
 from .model import Report
 from .style import STYLE
 
 # Nothing is loaded, whatever names in meshes may say.
-POLICY = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
+POLICY = (
+    "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; "
+    "form-action 'none'"
+)
 SECTIONS: dict[str, Callable[[Report], list[str]]] = {
     "Quality": sections.quality_section,
+    "Pictures": sections.pictures_section,
     "Course of the run": sections.course_section,
     "Measures": sections.measures_section,
+    "In the metric": sections.metric_section,
     "Worst cells": sections.worst_section,
     "Room": sections.room_section,
     "Types of cells": sections.types_section,
@@ -32,7 +36,7 @@ SECTIONS: dict[str, Callable[[Report], list[str]]] = {
 def to_html(reports: list[Report]) -> str:
     """One page for all reports, with an index where they are several."""
     several = len(reports) > 1
-    title = f"Quality of {len(reports):,} meshes" if several else f"Quality of {_name(reports[0])}"
+    title = f"Quality of {len(reports):,} meshes" if several else f"Quality of {reports[0].name}"
     version = " and ".join(dict.fromkeys(report.version for report in reports))
     commands = list(dict.fromkeys(report.command for report in reports if report.command))
     lines = [
@@ -63,21 +67,23 @@ def to_html(reports: list[Report]) -> str:
     return page.encode("ascii", "xmlcharrefreplace").decode("ascii")
 
 
-def _name(report: Report) -> str:
-    return shown(Path(report.input.path).name)
-
-
 def _index(reports: list[Report]) -> list[str]:
     """A line a mesh, with a link to its part of the page."""
     rows = []
     for number, report in enumerate(reports, 1):
         one = report.after or report.before
         rows.append(
-            [f'<a href="#mesh-{number}">{text(report.input.path)}</a>', f"{one.n_cells:,}",
+            [f'<a href="#mesh-{number}">{text(_path(report))}</a>', f"{one.n_cells:,}",
              f"{one.n_points:,}", quality(one.worst), quality(one.mean), f"{one.percent[0]:.1f} %"]
         )  # fmt: skip
     heads = ["mesh", "cells", "vertices", "worst Q", "mean Q", "Q up to 2"]
     return ['<nav aria-label="Meshes">', table("Meshes of this page", heads, rows), "</nav>"]
+
+
+def _path(report: Report) -> str:
+    """The file that the figures of the index are of."""
+    facts = report.output if report.is_comparison and report.output else report.input
+    return facts.path
 
 
 def _mesh(report: Report, number: int, several: bool) -> list[str]:
@@ -86,7 +92,7 @@ def _mesh(report: Report, number: int, several: bool) -> list[str]:
     only = "" if several else ' class="only"'
     lines = [f'<article id="mesh-{number}"{only}>']
     if several:
-        lines.append(f"<h2>{text(_name(report))}</h2>")
+        lines.append(f"<h2>{text(report.name)}</h2>")
     lines += [paragraph(report.title), *sections.head(report)]
     for title, section in SECTIONS.items():
         if content := section(report):

@@ -124,7 +124,9 @@ def report_dict(report: Report) -> dict[str, Any]:
             {**asdict(p), "worst": _number(p.worst), "mean": _number(p.mean)} for p in report.passes
         ],
         "statistics": [_statistic(s) for s in report.statistics],
+        "statistics_after": [_statistic(s) for s in report.statistics_after],
         "metric": None if report.metric is None else metric_dict(report.metric),
+        "metric_after": None if report.metric_after is None else metric_dict(report.metric_after),
         "regions": {"count": report.regions.count, "arrays": list(report.regions.arrays)},
         "stopped": report.stopped or None,
         "seconds": report.seconds,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .metric import LENGTH_HEADINGS, length_rows, metric_lines
+from .metric import LENGTH_HEADINGS, length_rows, metric_lines, metrics
 from .model import Report
 from .rows import (
     HEADINGS,
@@ -31,11 +31,12 @@ def to_markdown(reports: list[Report]) -> str:
             lines.append(_row(["", *count_row(summary)]))
         if report.statistics:
             lines += ["", _row([*MEASURE_HEADINGS]), _row(["---"] * len(MEASURE_HEADINGS))]
-            lines += [_row(row) for row in measure_rows(report)]
-        if report.metric is not None:
+            lines += [_row(row) for _, row in measure_rows(report)]
+        for name, metric in metrics(report):
+            lines += ["", f"{name}:"] if name else []
             lines += ["", _row([*LENGTH_HEADINGS]), _row(["---"] * len(LENGTH_HEADINGS))]
-            lines += [_row(row) for row in length_rows(report.metric)]
-            lines += ["", "; ".join(metric_lines(report.metric))]
+            lines += [_row(row) for row in length_rows(metric)]
+            lines += ["", "; ".join(metric_lines(metric))]
         if report.passes:
             heads = ["pass", "runs", "tried", "applied", "refused", "s", "Q_T"]
             lines += ["", _row(heads), _row(["---"] * len(heads))]

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from base64 import b64encode
 from collections.abc import Iterable, Sequence
 from html import escape
 
 from ..errors import shown
+from .model import Picture
 from .rows import figure, value
 
 INFINITE, UNDEFINED = "\u221e", "\u2013"
@@ -79,6 +81,16 @@ def table(
 def drawing(svg: str, caption: str) -> str:
     """A figure with what it shows in words."""
     return f"<figure>\n{svg}\n<figcaption>{text(caption)}</figcaption>\n</figure>"
+
+
+def picture(one: Picture, kind: str = "picture") -> str:
+    """A picture with what it shows in words."""
+    data = b64encode(one.png).decode("ascii")
+    words = text(one.words)
+    return (
+        f'<figure class="{kind}">\n<img src="data:image/png;base64,{data}" width="{one.width}" '
+        f'height="{one.height}" alt="{words}">\n<figcaption>{words}</figcaption>\n</figure>'
+    )
 
 
 def paragraph(words: str) -> str:

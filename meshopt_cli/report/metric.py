@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Any
 
 from ..errors import shown
@@ -10,12 +11,24 @@ from ..metric.lengths import RANKS as LENGTH_RANKS
 from ..metric.lengths import Lengths
 from ..metric.summary import MetricSummary, Nearness
 from ..quality.summary import RANKS
+from .model import Report
 from .rows import HEADINGS, figure, value
 
+LENGTH_RANK_HEADINGS = tuple(
+    f"> {low:g}" if math.isinf(high) else f"{low:.3g} - {high:.3g}"
+    for low, high in pairwise(LENGTH_RANKS)
+)
 LENGTH_HEADINGS = ("in the metric", "edges", "tau", "0.71 - 1.41", "least", "mean", "greatest")
 CSV_HEADINGS = ("tau", "tau inner", "unit edges", "unit edges inner", "length least",
                 "length mean", "length greatest", *(f"metric {rank}" for rank in HEADINGS[:4]),
                 "metric Q_T", "metric mean", "metric content", "unit cells")  # fmt: skip
+
+
+def metrics(report: Report) -> list[tuple[str, MetricSummary]]:
+    """What is told of the mesh in a metric, or of two that are compared, with their names."""
+    found = [("before", report.metric), ("after", report.metric_after)]
+    told = [(name, metric) for name, metric in found if metric is not None]
+    return told if report.is_comparison else [("", metric) for _, metric in told]
 
 
 def length_rows(metric: MetricSummary) -> list[list[str]]:

@@ -37,8 +37,57 @@ class PassFacts:
 
 
 @dataclass(frozen=True)
+class Picture:
+    """A picture of a mesh, or of some of it.
+
+    Attributes
+    ----------
+    png : bytes
+        Transparent where there is nothing.
+    width, height : int
+        In pixels.
+    words : str
+        What it shows.
+    """
+
+    png: bytes
+    width: int
+    height: int
+    words: str
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """What a report shows besides figures.
+
+    Attributes
+    ----------
+    wholes : tuple of Picture
+        Of the mesh, or of it before and after, as many of each.
+    worst : tuple of tuples of Picture
+        Of each of these, its worst cells with their surroundings, the very worst first.
+    title : str
+        What colours tell.
+    colours : tuple of str
+        As "#rrggbb", from the worst to the best.
+    ticks : tuple of (float, str)
+        Places among them, from 0 to 1, with the values there.
+    missing : str
+        Why there are none.
+    """
+
+    wholes: tuple[Picture, ...] = ()
+    worst: tuple[tuple[Picture, ...], ...] = ()
+    title: str = ""
+    colours: tuple[str, ...] = ()
+    ticks: tuple[tuple[float, str], ...] = ()
+    missing: str = ""
+
+
+@dataclass(frozen=True)
 class Report:
-    """All that is said of one run; of a mesh that was only looked at, the first part."""
+    """All that is said of one run, or of two meshes that are compared, the one as if it had been
+    made of the other; of a mesh that was only looked at, the first part."""
 
     version: str
     input: FileFacts
@@ -55,6 +104,22 @@ class Report:
     notes: tuple[str, ...] = ()  # what of a mesh that was looked at is measured otherwise, or not
     command: str = ""  # the words that the program was called with, as a shell takes them
     metric: MetricSummary | None = None  # of a mesh that was judged by one
+    statistics_after: tuple[Statistic, ...] = ()  # of the second of two meshes that are compared
+    metric_after: MetricSummary | None = None
+    pictures: Pictures | None = None  # where they are asked for
+
+    @property
+    def is_comparison(self) -> bool:
+        """Whether it is on two meshes, and not on a run."""
+        return self.after is not None and not (self.stopped or self.seconds)
+
+    @property
+    def name(self) -> str:
+        """The file, or two that are compared, without their folders."""
+        name = shown(Path(self.input.path).name)
+        if self.is_comparison and self.output is not None:
+            return f"{shown(Path(self.output.path).name)} against {name}"
+        return name
 
     @property
     def title(self) -> str:
@@ -62,7 +127,7 @@ class Report:
         summary = self.before
         source = f" ({summary.equation})" if summary.equation else ""
         return (
-            f"{shown(Path(self.input.path).name)}: {_cells_of(summary)}, "
+            f"{self.name}: {_cells_of(summary)}, "
             f"{summary.n_points:,} vertices, {summary.measure.replace('-', ' ')}{source}"
         )
 

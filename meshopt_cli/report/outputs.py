@@ -74,12 +74,15 @@ class ReportOutput(Output["Report"]):
         Whether it tells the worst Q by every measure.
     histograms : bool
         Whether it shows those of the measures that are asked for.
+    pictures : bool
+        Whether it shows some of the meshes.
     draw : function of a console, reports, `plain` and `each_round`, optional
         Prints them in colours, where the form has some.
     """
 
     all_measures: bool = False
     histograms: bool = False
+    pictures: bool = False
     draw: Callable[[Console, Iterable[Report], bool, bool], None] | None = None
 
 
@@ -142,7 +145,7 @@ OUTPUTS: dict[str, ReportOutput] = {
         ReportOutput("json", _json, (".json",), all_measures=True),
         ReportOutput("markdown", _markdown, (".md",)),
         ReportOutput("csv", _csv, (".csv",)),
-        ReportOutput("html", _html, (".html",), all_measures=True, histograms=True),
+        ReportOutput("html", _html, (".html",), all_measures=True, histograms=True, pictures=True),
     )
 }
 

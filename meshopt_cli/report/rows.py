@@ -8,6 +8,7 @@ from itertools import pairwise
 from ..cells import FAMILIES, SIMPLICES
 from ..errors import shown
 from ..quality.room import Room
+from ..quality.statistics import Statistic
 from ..quality.summary import RANKS, Summary
 from .model import Report
 
@@ -49,29 +50,61 @@ def count_row(summary: Summary) -> list[str]:
     return [*(f"{c:,}" for c in summary.counts), "", "", "", ""]
 
 
-def named_rows(report: Report) -> list[tuple[str, Summary]]:
-    """The meshes of a report with the names of their rows: of several families each, then all."""
+def states(report: Report) -> list[tuple[str, Summary]]:
+    """The mesh, or before and after, with the names of their rows and columns."""
     if report.after is None:
-        own = [(FAMILIES[part.family].plural, part) for part in report.before.parts]
-        return [*own, ("all" if own else "mesh", report.before)]
-    rows = []
-    for before, after in zip(report.before.parts, report.after.parts, strict=True):
-        kind = FAMILIES[before.family].plural
-        rows += [(f"{kind} before", before), (f"{kind} after", after)]
-    of_all = "all " if rows else ""
-    return [*rows, (f"{of_all}before", report.before), (f"{of_all}after", report.after)]
+        return [("mesh", report.before)]
+    return [("before", report.before), ("after", report.after)]
+
+
+def grouped_rows(report: Report) -> list[tuple[str, list[tuple[str, Summary]]]]:
+    """The meshes of a report, of several families each and then all, with the names of their rows.
+
+    Returns
+    -------
+    list of (str, rows)
+        The rows of each family by its name, those of all cells by an empty one.
+    """
+    ones = states(report)
+    by_family = [{p.family: p for p in one.parts or (one,)} for _, one in ones]
+    families = list(dict.fromkeys(family for parts in by_family for family in parts))
+    if not any(one.parts for _, one in ones) and len(families) == 1:
+        return [(families[0], ones)]
+    groups = []
+    for family in families:
+        kind = FAMILIES[family].plural
+        some = zip(ones, by_family, strict=True)
+        rows = [
+            (f"{kind} {name}" if len(ones) > 1 else kind, parts[family])
+            for (name, _), parts in some
+            if family in parts
+        ]
+        groups.append((family, rows))
+    whole = [(f"all {name}" if len(ones) > 1 else "all", one) for name, one in ones]
+    return [*groups, ("", whole)]
+
+
+def named_rows(report: Report) -> list[tuple[str, Summary]]:
+    """The same without their groups."""
+    return [row for _, rows in grouped_rows(report) for row in rows]
 
 
 MEASURE_HEADINGS = ("measure", "of", "least", "mean", "greatest", "ideal", "unit", "infinite")
 
 
-def measure_rows(report: Report) -> list[list[str]]:
-    """What the measures say that were asked for, a row a measure and family."""
+def measure_rows(report: Report) -> list[tuple[Statistic, list[str]]]:
+    """What the measures say that were asked for, a row a measure and family; of two meshes that
+    are compared a row each."""
+    two = report.is_comparison
+    rows = [(s, " before" if two else "") for s in report.statistics]
+    rows += [(s, " after") for s in report.statistics_after]
+    order = {s.measure: i for i, (s, _) in reversed(list(enumerate(rows)))}
+    rows.sort(key=lambda row: order[row[0].measure])
     return [
-        [s.measure, FAMILIES[s.family].plural, value(s.least), value(s.mean), value(s.greatest),
-         "" if s.ideal is None else f"{s.ideal:g}", "" if s.unit == "1" else s.unit,
-         f"{s.n_infinite:,}" if s.n_infinite else ""]
-        for s in report.statistics
+        (s, [s.measure, f"{FAMILIES[s.family].plural}{when}", value(s.least), value(s.mean),
+             value(s.greatest), "" if s.ideal is None else f"{s.ideal:g}",
+             "" if s.unit == "1" else s.unit, f"{s.n_infinite:,}" if s.n_infinite else ""])
+        for s, when in rows
     ]  # fmt: skip
 
 
@@ -127,10 +160,11 @@ def closing_lines(report: Report) -> list[str]:
     change = report.after.n_points - report.before.n_points
     noun = "vertex" if abs(change) == 1 else "vertices"
     vertices = f"{abs(change):,} {noun} {'more' if change > 0 else 'less'}"
+    said = vertices if change else "as many vertices as before"
     times = ", ".join(f"{name} {seconds:.2f} s" for name, seconds in report.seconds.items())
+    told = [f"stopped: {report.stopped}; {said}", f"{angles}; {times}"]
     return [
-        f"stopped: {report.stopped}; {vertices if change else 'as many vertices as before'}",
-        f"{angles}; {times}",
+        *([said, angles] if report.is_comparison else told),
         *room,
         *regions,
         *lost,

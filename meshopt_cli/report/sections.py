@@ -4,22 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from ..cells import FAMILIES, SIMPLICES
 from ..quality.census import Degrees
 from ..quality.summary import Summary
 from ..quality.worst import WorstCell
 from . import svg
-from .markup import amount, drawing, paragraph, quality, table, text
-from .model import Report
+from .markup import amount, drawing, paragraph, picture, quality, table, text
+from .metric import LENGTH_HEADINGS, LENGTH_RANK_HEADINGS, length_rows, metric_lines, metrics
+from .model import Picture, Pictures, Report
 from .rows import (
     HEADINGS,
     MEASURE_HEADINGS,
     count_row,
+    grouped_rows,
     measure_rows,
     named_rows,
     pass_rows,
     percent_row,
+    states,
 )
 
 ARROW = " \u2192 "
@@ -29,13 +33,6 @@ DEGREES_OF = {
     "boundary_vertices": "boundary vertices",
     "inner_edges": "inner edges",
 }
-
-
-def states(report: Report) -> list[tuple[str, Summary]]:
-    """The mesh, or before and after, with the names of their columns."""
-    if report.after is None:
-        return [("mesh", report.before)]
-    return [("before", report.before), ("after", report.after)]
 
 
 def _course(values: Sequence[str]) -> str:
@@ -72,10 +69,11 @@ def head(report: Report) -> list[str]:
 
 def files(report: Report) -> list[str]:
     """Where the mesh came from and where it went, and its regions."""
+    names = ("before", "after") if report.is_comparison else ("input", "output")
     rows = [
         [name, f"<code>{text(facts.path)}</code>", text(facts.format),
          f"<code>{text(facts.sha256)}</code>"]
-        for name, facts in (("input", report.input), ("output", report.output))
+        for name, facts in zip(names, (report.input, report.output), strict=True)
         if facts is not None
     ]  # fmt: skip
     lines = [table("Files", ["", "path", "format", "SHA-256"], rows, words=(2, 3), long=1)]
@@ -87,9 +85,8 @@ def files(report: Report) -> list[str]:
 
 def quality_section(report: Report) -> list[str]:
     """Table 18.3 and its bars."""
-    rows = named_rows(report)
     cells = []
-    for name, summary in rows:
+    for name, summary in named_rows(report):
         percents, counts = percent_row(summary), count_row(summary)
         ranks = len(summary.counts)
         pairs = zip(percents[:ranks], counts, strict=False)
@@ -102,11 +99,10 @@ def quality_section(report: Report) -> list[str]:
               cells),
         '<div class="drawings">',
     ]  # fmt: skip
-    size = len(states(report))
-    for first in range(0, len(rows), size):
-        some = rows[first : first + size]
-        of = FAMILIES[some[0][1].family].plural if some[0][1].family else "all cells"
-        lines.append(drawing(svg.ranks(some), f"Percentage of {of} in each rank of Q"))
+    for family, rows in grouped_rows(report):
+        of = FAMILIES[family].plural if family else "all cells"
+        bars = svg.ranks(HEADINGS[:4], [(name, summary.counts) for name, summary in rows])
+        lines.append(drawing(bars, f"Percentage of {of} in each rank of Q"))
     return [
         *lines, "</div>",
         '<p class="faint">Q is 1 for the ideal cell and infinite for one that is flat or inverted; '
@@ -115,9 +111,33 @@ def quality_section(report: Report) -> list[str]:
     ]  # fmt: skip
 
 
+def pictures_section(report: Report) -> list[str]:
+    """The mesh, or before and after, coloured by Q (Figure 18.14)."""
+    found = report.pictures
+    if found is None:
+        return []
+    if not found.wholes:
+        return [paragraph(f"There are none: {found.missing}.")]
+    return [
+        '<div class="pictures">', *(picture(one) for one in _named(report, found)), "</div>",
+        f'<figure class="legend">\n{svg.legend(found)}\n</figure>',
+    ]  # fmt: skip
+
+
+def _named(report: Report, found: Pictures) -> list[Picture]:
+    """The pictures of whole meshes; before and after, that is said."""
+    if report.after is None:
+        return list(found.wholes)
+    names = [name for name, _ in states(report)]
+    each = max(len(found.wholes) // len(names), 1)
+    return [
+        replace(one, words=f"{names[i // each]}: {one.words}") for i, one in enumerate(found.wholes)
+    ]
+
+
 def course_section(report: Report) -> list[str]:
     """What the passes did, and why they stopped."""
-    if report.after is None:
+    if report.after is None or report.is_comparison:
         return []
     change = report.after.n_points - report.before.n_points
     noun = "vertex" if abs(change) == 1 else "vertices"
@@ -152,21 +172,42 @@ def _passes(report: Report, each_round: bool) -> list[list[str]]:
 
 def measures_section(report: Report) -> list[str]:
     """What measures say that were asked for, with their histograms."""
-    if not report.statistics:
+    found = measure_rows(report)
+    if not found:
         return []
     rows = []
-    for row, s in zip(measure_rows(report), report.statistics, strict=True):
+    for s, row in found:
         figures = [amount(s.least), amount(s.mean), amount(s.greatest)]
         rows.append([*map(text, row[:2]), *figures, *map(text, row[5:])])
     lines = [table("Measures of all cells", MEASURE_HEADINGS, rows, words=(1, 6))]
-    drawn = [s for s in report.statistics if s.histogram is not None]
+    drawn = [(s, row[1]) for s, row in found if s.histogram is not None]
     if drawn:
         lines.append('<div class="drawings">')
-        for s in drawn:
-            of = f"{s.measure} of {FAMILIES[s.family].plural}: {svg.histogram_words(s)}"
+        for s, of_which in drawn:
+            of = f"{s.measure} of {of_which}: {svg.histogram_words(s)}"
             ideal = "" if s.ideal is None else f"; ideal {s.ideal:g}"
             lines.append(drawing(svg.histogram(s), of + ideal))
         lines.append("</div>")
+    return lines
+
+
+def metric_section(report: Report) -> list[str]:
+    """Lengths and Q in a metric, and how far cells are off unit ones."""
+    lines = []
+    for name, metric in metrics(report):
+        when = f" {name}" if name else ""
+        rows = [[text(cell) for cell in row] for row in length_rows(metric)]
+        lengths = [("all edges", metric.edges.counts), ("inner edges", metric.inner.counts)]
+        edges = svg.ranks(LENGTH_RANK_HEADINGS, lengths, "edges of length")
+        cells = svg.ranks(HEADINGS[:4], [(name or "mesh", metric.counts)])
+        lines += [
+            table(f"Lengths of edges in the metric{when}", LENGTH_HEADINGS, rows),
+            "<ul>", *(f"<li>{text(line)}</li>" for line in metric_lines(metric)), "</ul>",
+            '<div class="drawings">',
+            drawing(edges, f"Percentage of edges in each rank of length{when}; 1 is ideal"),
+            drawing(cells, f"Percentage of cells in each rank of Q in the metric{when}"),
+            "</div>",
+        ]  # fmt: skip
     return lines
 
 
@@ -180,7 +221,16 @@ def worst_section(report: Report) -> list[str]:
             heads = ["cell", "Q", *(["of"] if several else []), "type", "centre"]
             rows = [_worst(one, bool(several)) for one in summary.worst_cells]
             lines.append(table(caption, heads, rows, words=(2, 3, 4)))
-    return ['<div class="drawings">', *lines, "</div>"] if lines else []
+    if not lines:
+        return []
+    lines = ['<div class="drawings">', *lines, "</div>"]
+    if report.pictures is not None:
+        pairs = zip(states(report), report.pictures.worst, strict=False)
+        for (name, _), some in reversed([pair for pair in pairs if pair[1]]):
+            when = "" if report.after is None else f" {name}"
+            lines.append(paragraph(f"The worst cells{when}, each with those around it:"))
+            lines += ['<div class="cells">', *(picture(one, "cell") for one in some), "</div>"]
+    return lines
 
 
 def _worst(one: WorstCell, several: bool) -> list[str]:

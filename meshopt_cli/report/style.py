@@ -6,12 +6,12 @@ STYLE = """
 :root {
   color-scheme: light dark;
   --back: #ffffff; --box: #f4f6f8; --ink: #1b1f24; --faint: #57606a; --rule: #d0d7de;
-  --now: #0b5cad; --was: #8a5300; --note: #fff4d6; --note-edge: #b07d00;
+  --card: #ffffff; --now: #0b5cad; --was: #8a5300; --note: #fff4d6; --note-edge: #b07d00;
 }
 @media (prefers-color-scheme: dark) {
   :root {
     --back: #14171a; --box: #1e2328; --ink: #e6e8ea; --faint: #a3adb8; --rule: #3a424a;
-    --now: #7ab8ff; --was: #e0a84f; --note: #33290f; --note-edge: #d6a32b;
+    --card: #b9c0c8; --now: #7ab8ff; --was: #e0a84f; --note: #33290f; --note-edge: #d6a32b;
   }
 }
 * { box-sizing: border-box; }
@@ -66,8 +66,18 @@ pre {
   grid-template-columns: repeat(auto-fill, minmax(min(100%, 22rem), 1fr));
 }
 figure { margin: .5rem 0; max-width: 28rem; }
+.pictures { display: grid; gap: 1rem 2rem; }
+.pictures { grid-template-columns: repeat(auto-fit, minmax(min(100%, 20rem), 1fr)); }
+figure.picture { max-width: 44rem; }
+figure.legend { max-width: 24rem; }
+.cells { display: grid; gap: .5rem 1rem; }
+.cells { grid-template-columns: repeat(auto-fill, minmax(max(8rem, 18%), 1fr)); }
+figure.cell { margin: 0; }
+figure.cell img { border: 1px solid var(--rule); border-radius: .3rem; background: var(--card); }
+img { display: block; width: 100%; height: auto; }
 figcaption { margin-top: .25rem; overflow-wrap: anywhere; }
 svg { display: block; width: 100%; height: auto; overflow: visible; }
+ul { padding-left: 1.3rem; margin: .5rem 0; overflow-wrap: anywhere; }
 svg text { fill: var(--ink); font-size: 12px; font-family: inherit; }
 svg .name { fill: var(--faint); }
 svg .now { fill: var(--now); }
@@ -85,7 +95,7 @@ footer { margin-top: 3rem; border-top: 1px solid var(--rule); padding-top: .75re
 @media print {
   :root {
     --back: #ffffff; --box: #ffffff; --ink: #000000; --faint: #333333; --rule: #999999;
-    --now: #0b5cad; --was: #8a5300; --note: #ffffff; --note-edge: #555555;
+    --card: #ffffff; --now: #0b5cad; --was: #8a5300; --note: #ffffff; --note-edge: #555555;
   }
   body { max-width: none; padding: 0; font-size: 10pt; }
   section { margin-top: 1.2rem; }

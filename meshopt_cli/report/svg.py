@@ -13,8 +13,7 @@ from ..cells import FAMILIES
 from ..quality.statistics import Statistic
 from ..quality.summary import Summary
 from .markup import amount, quality, text
-from .model import PassFacts
-from .rows import HEADINGS
+from .model import PassFacts, Pictures
 
 WIDTH = 360  # of each drawing, as wide as a phone
 MOST_POINTS = 120  # of a course that are marked one by one
@@ -49,19 +48,33 @@ def _bar(x: float, y: float, width: float, height: float, kind: str, title: str)
 # Ranks ---------------------------------------------------------------------------------------
 
 
-def ranks(rows: Sequence[tuple[str, Summary]]) -> str:
-    """Bars of the percentage of cells in each rank, of one mesh or before and after."""
-    left, most, thick = 56.0, 246.0, 15.0
+def ranks(
+    headings: Sequence[str], rows: Sequence[tuple[str, Sequence[int]]], of: str = "cells of Q"
+) -> str:
+    """Bars of the percentage of some things in each rank, of one mesh or before and after.
+
+    Parameters
+    ----------
+    headings : sequence of str
+        Of the ranks.
+    rows : sequence of (str, counts)
+        One or two, each with how many there are in each rank.
+    of : str
+        What is counted, and by what: "cells of Q".
+    """
+    left = 8.0 + 7.0 * max(map(len, headings))
+    most, thick = WIDTH - left - 56.0, 15.0
     parts, y = [], 4.0
     kinds = ["was", "now"][-len(rows) :]
-    for i, rank in enumerate(HEADINGS[: len(rows[0][1].counts)]):
+    noun, _, by = of.partition(" of ")
+    percents = [[100.0 * n / max(sum(counts), 1) for n in counts] for _, counts in rows]
+    for i, rank in enumerate(headings):
         parts.append(_words(left - 6, y + thick * len(rows) / 2 + 4, rank, "end"))
-        for (name, summary), kind in zip(rows, kinds, strict=True):
-            percent, count = summary.percent[i], summary.counts[i]
-            wide = max(most * percent / 100.0, 1.5 if count else 0.0)
-            title = f"{name}, Q {rank}: {count:,} cells, {percent:.1f} %"
+        for (name, counts), percent, kind in zip(rows, percents, kinds, strict=True):
+            wide = max(most * percent[i] / 100.0, 1.5 if counts[i] else 0.0)
+            title = f"{name}, {by} {rank}: {counts[i]:,} {noun}, {percent[i]:.1f} %"
             parts.append(_bar(left, y + 1, wide, thick - 3, kind, title))
-            parts.append(_words(left + wide + 5, y + thick - 4, f"{percent:.1f} %"))
+            parts.append(_words(left + wide + 5, y + thick - 4, f"{percent[i]:.1f} %"))
             y += thick
         y += 8.0
     parts.append(f'<path class="axis" d="M{_at(left)} 0V{_at(y - 4)}"/>')
@@ -72,9 +85,10 @@ def ranks(rows: Sequence[tuple[str, Summary]]) -> str:
             parts.append(_words(x + 18, y + 10.5, name))
         y += 16.0
     said = "; ".join(
-        f"{name} {', '.join(f'{p:.1f} %' for p in summary.percent)}" for name, summary in rows
+        f"{name} {', '.join(f'{p:.1f} %' for p in percent)}"
+        for (name, _), percent in zip(rows, percents, strict=True)
     )
-    return _svg(f"Percent of cells in the ranks {', '.join(HEADINGS[:4])} of Q: {said}", y, parts)
+    return _svg(f"Percent of {noun} in the ranks {', '.join(headings)} of {by}: {said}", y, parts)
 
 
 # The course of a run -------------------------------------------------------------------------
@@ -236,3 +250,25 @@ def histogram_words(statistic: Statistic) -> str:
         f"{amount(statistic.mean)}; the most, {found.counts[most]:,} of {statistic.n_cells:,}, "
         f"at {some}"
     )
+
+
+# Colours of pictures -------------------------------------------------------------------------
+
+
+def legend(pictures: Pictures) -> str:
+    """A bar of colours with the values that they stand for."""
+    left, right, top, high = 12.0, WIDTH - 16.0, 18.0, 12.0
+    step = (right - left) / len(pictures.colours)
+    parts = [_words(left, 12, pictures.title)]
+    for i, colour in enumerate(pictures.colours):
+        # each a little wider, so that nothing is seen between them
+        parts.append(
+            f'<rect fill="{colour}" x="{left + i * step:.2f}" y="{_at(top)}" '
+            f'width="{step + 0.3:.2f}" height="{_at(high)}"/>'
+        )
+    for place, label in pictures.ticks:
+        x = left + place * (right - left)
+        parts.append(f'<path class="axis" d="M{_at(x)} {_at(top)}v{_at(high + 4)}"/>')
+        parts.append(_words(x, top + high + 17, label, "middle"))
+    labels = ", ".join(label for _, label in sorted(pictures.ticks))
+    return _svg(f"Colours of {pictures.title}, from the worst: {labels}", 50.0, parts)

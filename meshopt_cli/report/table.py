@@ -10,7 +10,7 @@ from rich.text import Text
 
 from ..metric.summary import MetricSummary
 from ..quality.summary import Summary
-from .metric import LENGTH_HEADINGS, length_rows, metric_lines
+from .metric import LENGTH_HEADINGS, length_rows, metric_lines, metrics
 from .model import Report
 from .rows import (
     HEADINGS,
@@ -59,7 +59,7 @@ def measures_table(report: Report) -> Table:
     table = Table(box=None, pad_edge=False, padding=(0, 1))
     for heading in MEASURE_HEADINGS:
         table.add_column(heading, justify="left" if heading in NAMES else "right", no_wrap=True)
-    for row in measure_rows(report):
+    for _, row in measure_rows(report):
         table.add_row(*row)
     return table
 
@@ -104,9 +104,9 @@ def render(report: Report, plain: bool = False, each_round: bool = False) -> Ren
         parts.append(Text(f"{name:{width}}") + bar(summary, plain))
     if report.statistics:
         parts += ["", measures_table(report)]
-    if report.metric is not None:
-        parts += ["", lengths_table(report.metric), ""]
-        parts += [Text(line) for line in metric_lines(report.metric)]
+    for name, metric in metrics(report):
+        parts += ["", *([Text(name)] if name else []), lengths_table(metric), ""]
+        parts += [Text(line) for line in metric_lines(metric)]
     if report.passes:
         parts += ["", passes_table(report, each_round)]
     parts += ["", *(Text(line) for line in closing_lines(report))]

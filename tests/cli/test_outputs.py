@@ -41,7 +41,7 @@ def bad(tmp_path):
 
 def of(path, row, *words):
     """The text of a report on a file, straight from the row, made by some words."""
-    one = report_on(path, all_measures=row.all_measures)
+    one = report_on(path, all_measures=row.all_measures, with_pictures=row.pictures)
     return row.text([replace(one, command=shlex.join(map(str, ("meshopt", "report", *words))))])
 
 

@@ -1,10 +1,12 @@
 """The page of HTML: well formed, alone in the world, and with every figure."""
 
+import base64
 import re
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from html.parser import HTMLParser
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -17,8 +19,12 @@ from meshopt_cli.quality.room import Place, Room
 from meshopt_cli.quality.statistics import Histogram, Statistic
 from meshopt_cli.quality.worst import WorstCell
 from meshopt_cli.report.html import to_html
-from meshopt_cli.report.model import FileFacts
+from meshopt_cli.report.metric import length_rows, metric_lines
+from meshopt_cli.report.model import FileFacts, Picture, Pictures
 from meshopt_cli.report.rows import HEADINGS, count_row, named_rows, pass_rows, percent_row
+from support.edits import shaken
+from support.meshes import tet_grid
+from support.metrics import judged, of_matrices
 from support.reports import (
     INFINITE,
     OF_A_MESH,
@@ -32,6 +38,7 @@ from support.reports import (
 )
 
 CELLS = {"td", "th", "small", "dd", "li", "p", "code", "figcaption"}
+INFINITE_SIGN = "\u221e"
 VOID = {"meta", "br", "hr", "img", "input", "link"}
 HOSTILE = "<script>alert('&amp;\"')</script>\x1b[31m\n\x00\u202e"
 
@@ -135,6 +142,35 @@ def test_the_same_report_is_the_same_page(one):
     assert to_html([one]) == to_html([replace(one)])
 
 
+def test_pictures_are_in_the_page():
+    pictures = Pictures(
+        (Picture(b"one", 40, 30, "<cells>"), Picture(b"two", 40, 30, "cells")),
+        ((Picture(b"three", 9, 9, "element 12"),), ()),
+        "Q", ("#a50026", "#6aaad4"), ((1.0, "1"), (0.0, INFINITE_SIGN)),
+    )  # fmt: skip
+    worst = (WorstCell("tetra", 6, (0.25, 1.0, -3.5), 7.5, "sliver", "element 12"),)
+    one = replace(OF_A_RUN, before=summary(worst_cells=worst), pictures=pictures)
+    source = to_html([one])
+    page = Page(source)
+    data = [value.removeprefix("data:image/png;base64,") for value in page.values("src")]
+    assert [base64.b64decode(value) for value in data] == [b"one", b"two", b"three"]
+    assert page.values("alt") == ["before: <cells>", "after: cells", "element 12"]
+    assert page.values("alt") == [c for c in page.cells if c in page.values("alt")][:3]
+    (policy,) = [v for v in page.values("content") if "default-src" in v]
+    assert "img-src data:" in policy
+    (legend,) = [d for d in drawings(source) if "Colours" in d.get("aria-label")]
+    assert [r.get("fill") for r in legend.iter("rect")] == list(pictures.colours)
+    assert {t.text for t in legend.iter("text")} == {"Q", "1", INFINITE_SIGN}
+
+
+def test_a_page_says_why_it_has_no_pictures():
+    one = replace(OF_A_MESH, pictures=Pictures(missing="pictures need a library"))
+    page = Page(to_html([one]))
+    assert "There are none: pictures need a library." in page.cells
+    assert "img" not in page.tags
+    assert "Pictures" not in Page(to_html([OF_A_MESH])).text
+
+
 def test_names_are_text():
     odd = replace(
         OF_A_RUN,
@@ -209,6 +245,23 @@ def test_a_histogram_has_a_bar_for_each_bin_with_cells():
     assert "ideal 1" in text
     without = to_html([report(statistics=(statistic([1], histogram=None),))])
     assert len(drawings(without)) == 1
+
+
+def test_what_is_told_in_a_metric_is_in_the_page():
+    one = shaken(tet_grid(2))
+    found = judged(one, of_matrices(np.tile(4.0 * np.eye(3), (len(one.points), 1, 1)))).summary
+    source = to_html([report(metric=found)])
+    page = Page(source)
+    for row in length_rows(found):
+        assert set(row) <= set(page.cells)
+    assert set(metric_lines(found)) <= set(page.cells)
+    lengths, quality = drawings(source)[1:]
+    titles = [bar.find("title").text for bar in lengths.iter("rect")]
+    for name, counts in (("all edges", found.edges.counts), ("inner edges", found.inner.counts)):
+        told = [t for t in titles if t.startswith(f"{name}, ")]
+        assert [int(t.split()[-4].replace(",", "")) for t in told] == list(counts)
+    assert len(list(quality.iter("rect"))) == len(found.counts)
+    assert "In the metric" not in Page(to_html([report()])).text
 
 
 def test_worst_cells_have_their_names_and_places():

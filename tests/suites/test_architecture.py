@@ -24,6 +24,10 @@ ROOMS = {
     "click": ("cli",),
     "tqdm": ("cli",),
     "rich": ("cli", "report"),
+    "matplotlib": ("pictures/plane.py", "pictures/sheet.py"),
+    "PIL": ("pictures/sheet.py",),
+    "pyvista": ("pictures/solid.py",),
+    "vtkmodules": ("pictures/solid.py",),
 }
 KERNELS_MAY = {"__future__", "math", "enum", "typing", "numpy"}
 # Which rooms each room may import from, besides the version of the package: the whole table.
@@ -50,9 +54,10 @@ MAY = {
     "files": {"errors"},
     "formats": {"cells", "errors", "files", "mesh"},
     "report": {"cells", "errors", "files", "mesh", "metric", "quality", "validity"},
+    "pictures": {"cells", "errors", "mesh", "quality"},
     "jobs": {"boundary", "cells", "cores", "errors", "files", "formats", "kernels", "mesh",
-             "metric", "passes", "plans", "quality", "repair", "report", "transfer", "validity",
-             "work"},
+             "metric", "passes", "pictures", "plans", "quality", "repair", "report", "transfer",
+             "validity", "work"},
     "cli": {"boundary", "compiled", "errors", "files", "formats", "jobs", "memory", "passes",
             "plans", "quality", "repair", "report", "validity", "warmup"},
     "__main__": {"cli"},
@@ -178,11 +183,11 @@ def test_modules_and_public_classes_are_documented(path):
             assert ast.get_docstring(node), node.name
 
 
-@pytest.mark.parametrize("module", ["cli.entry", "formats", "validity"])
+@pytest.mark.parametrize("module", ["cli.entry", "cli.view", "formats", "validity"])
 def test_start_up_is_small(module):
     code = (
         f"import sys, meshopt_cli.{module}\n"
-        "print(*{'numba', 'meshio', 'rich', 'tqdm'} & set(sys.modules))"
+        "print(*{'numba', 'meshio', 'rich', 'tqdm', 'matplotlib', 'pyvista'} & set(sys.modules))"
     )
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert ran.stdout.strip() == ""

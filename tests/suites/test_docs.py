@@ -111,7 +111,7 @@ def test_the_table_of_mends():
     assert rows == [[f"`--{mend.name}`", mend.summary] for mend in MENDS.values()]
 
 
-@pytest.mark.parametrize("subcommand", ["optimize", "repair"])
+@pytest.mark.parametrize("subcommand", ["optimize", "report", "view", "repair"])
 def test_the_readme_has_every_option_and_format(subcommand):
     command = main.get_command(click.Context(main), subcommand)
     for parameter in command.params:

@@ -82,8 +82,8 @@ SUMMARY_KEYS = {"ne", "np", "worst", "mean", "best", "target", "invalid", "histo
                 "types", "room", "census", "worst_cells", "families"}  # fmt: skip
 PASS_KEYS = {"round", "name", "visited", "applied", "refused", "seconds", "worst", "mean"}
 TOP_KEYS = {"meshopt", "input", "output", "measure", "dimension", "before", "after", "passes",
-            "metric", "regions", "stopped", "statistics", "left_out", "seconds",
-            "lost"}  # fmt: skip
+            "metric", "metric_after", "regions", "stopped", "statistics", "statistics_after",
+            "left_out", "seconds", "lost"}  # fmt: skip
 FILE_KEYS = {"path", "format", "sha256"}
 
 
