@@ -1,4 +1,4 @@
-"""One optimization of a mesh of any cells: only points move, all else stays as it was read."""
+"""One optimization of a mesh of any cells: what does not change stays as it was read."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .. import validity
 from ..boundary.policy import Fixed, Policy
 from ..cells import FAMILIES, SIMPLICES
 from ..errors import ConfigError, InvariantError, UnsupportedMeshError
-from ..mesh.any_cells import AnyCells, cast_any, with_cells
+from ..mesh.any_cells import AnyCells, cast_any, points_left, with_cells
 from ..mesh.cast import Simplices
 from ..mesh.model import Block, Mesh
 from ..mesh.tags import regions_in
@@ -27,6 +27,7 @@ from ..quality.summary import Summary
 from ..repair import repair
 from ..transfer.carry import carry_on_points, tags_only
 from ..work.cells import CellWork
+from ..work.face_work import work_on
 from ..work.standing import Standing
 from .admission import (
     CURVED,
@@ -110,12 +111,12 @@ def optimize_cells(
         raise ConfigError(f"measure {measure.name} cannot steer {' and '.join(lacking)}")
     others = tuple(OF_SIMPLICES.values()) if with_all_measures else ()
     before = _summary(mesh, measure, others)
-    result, outcome = _improved(admitted, part, pipeline, measure, observer, allowed)
+    result, worked, outcome = _improved(admitted, part, pipeline, measure, observer, allowed)
     lost: tuple[str, ...] = ()
     if not with_data:
         result = tags_only(result, regions_in(mesh).arrays)
     elif result is not mesh and admitted.tangle is None:
-        result, lost = _carried(mesh, part, result)
+        result, lost = _carried(mesh, part, result, worked)
     after = _summary(result, measure, others)
     _prove(before, after, admitted.tangle)
     standing = Standing(1.0 / before.worst, before.mean, before.mean)
@@ -171,8 +172,10 @@ def _improved(
     measure: Measure,
     observer: Observer | None,
     allowed: tuple[str, ...],
-) -> tuple[Mesh, Outcome]:
-    """The mesh after the work, with what comes to be wrong inside cells held where it was.
+) -> tuple[Mesh, AnyCells, Outcome]:
+    """The mesh after the work, and the same as it was worked on.
+
+    What comes to be wrong inside cells is held where it was.
 
     Positive corners do not make a Jacobian that is positive everywhere.
 
@@ -183,12 +186,13 @@ def _improved(
     """
     mesh, tangle, held = admitted.mesh, admitted.tangle, part
     for _ in range(MOST_TRIES):
-        outcome = pipeline.run(CellWork(held, measure.judge), observer)
+        outcome = pipeline.run(work_on(held, measure.judge), observer)
         if outcome.stopped == TANGLED:
             assert tangle is not None
             raise InvalidMeshError("it could not be untangled: nothing written", mesh, tangle)
         assert isinstance(outcome.work, CellWork)
-        result = with_cells(mesh, part, outcome.work.result())
+        worked = outcome.work.result()
+        result = with_cells(mesh, part, worked)
         report = validity.check(result, ignore=allowed)
         wrong = _named(report) - admitted.curved
         if _is_curved_at_most(report) and not wrong:
@@ -197,37 +201,48 @@ def _improved(
                     "what is wrong with %d cells stays, as it came (%s)",
                     len(_named(report)), ", ".join(sorted(errors_in(report))),
                 )  # fmt: skip
-            return result, outcome
+            return result, worked, outcome
         if tangle is not None:
             raise InvalidMeshError("untangling leaves it invalid: nothing written", mesh, tangle)
         fixed = held.fixed.copy()
+        origin = points_left(part, worked)
         for block, row in wrong:
-            fixed[mesh.blocks[block].cells[row]] = True
+            fixed[origin[result.blocks[block].cells[row]]] = True
         held = replace(held, fixed=fixed)
     outcome.stopped = NOTHING_TO_GAIN
-    return mesh, outcome
+    return mesh, part, outcome
 
 
-def _carried(mesh: Mesh, part: AnyCells, result: Mesh) -> tuple[Mesh, tuple[str, ...]]:
+def _carried(
+    mesh: Mesh, part: AnyCells, result: Mesh, worked: AnyCells
+) -> tuple[Mesh, tuple[str, ...]]:
     """The result with the arrays on points, which are those of the places that they come to."""
     if not mesh.point_data:
         return result, ()
-    divided = np.concatenate(
-        [group.cells[:, simplex] for group in part.cell_sets
-         for simplex in FAMILIES[group.family].partitions[0]]
-    )  # fmt: skip
+    origin = points_left(part, worked)
+    new_number = np.full(len(mesh.points), -1)
+    new_number[origin] = np.arange(len(origin))
+    divided, after = _divided(part), new_number[_divided(worked)]
     d = part.dimension
     before = Simplices(
         part.points, np.ascontiguousarray(divided), region=np.zeros(len(divided), np.int64),
         fixed=part.fixed, facets=np.empty((0, d), np.int64), edges=np.empty((0, 2), np.int64),
         frame=part.frame, single=part.single, turned=False,
     )  # fmt: skip
-    flat = _in_part(mesh, part, divided), _in_part(result, part, divided)
-    carried, dropped = carry_on_points(*flat, before, np.arange(len(mesh.points)))
+    flat = _in_part(mesh, part, divided), _in_part(result, part, after)
+    carried, dropped = carry_on_points(*flat, before, origin)
     if dropped:
         log.warning("arrays that do not follow the points are dropped: %s", ", ".join(dropped))
     lost = tuple(f"the array {name}" for name in dropped)
     return replace(result, point_data=carried.point_data), lost
+
+
+def _divided(part: AnyCells) -> np.ndarray:
+    """The simplices that cells are divided into."""
+    return np.concatenate(
+        [group.cells[:, simplex] for group in part.cell_sets
+         for simplex in FAMILIES[group.family].partitions[0]]
+    )  # fmt: skip
 
 
 def _in_part(mesh: Mesh, part: AnyCells, divided: np.ndarray) -> Mesh:

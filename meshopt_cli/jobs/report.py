@@ -215,4 +215,5 @@ def _pass_facts(line: Line) -> PassFacts:
         tally.seconds,
         1.0 / least if least > 0 else float("inf"),
         line.standing.mean,
+        tally.kinds,
     )

@@ -101,7 +101,7 @@ class SimplexMesh(NamedTuple):
 
 
 class CellMesh(NamedTuple):
-    """A mesh of any cells, whose connectivity stays.
+    """A mesh of any cells; in space its connectivity stays.
 
     Its rows are triangles and quads where d = 2, which need not be convex, and the corners of
     solids where d = 3: simplices from a vertex to its neighbours along the edges.

@@ -1,4 +1,4 @@
-"""The cells of a mesh of any families, to be worked on where they are: only points move."""
+"""The cells of a mesh of any families, to be worked on, and put back."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from ..errors import UnsupportedMeshError
 from .adjacency import distinct
 from .borders import of_mesh
 from .facets import CellSet
-from .model import Array, Mesh, declared, top_blocks
+from .model import Array, Block, Mesh, declared, top_blocks
+from .periodic import renumbered
 from .plane import Frame, plane_of, precision_of, with_depth
 from .sizes import contents
 from .tags import CORNER, REQUIRED, flagged, regions_of
@@ -26,7 +27,8 @@ class AnyCells:
     points : (np, 3) float64
         All points of the file; in the plane of the mesh, with z = 0, where d = 2.
     cell_sets : list of CellSet
-        Cells by family, a set for each block of the file, numbered in its order.
+        Cells by family, a set for each block of the file, numbered in its order. Numbers of cells
+        that the work took away are missing.
     fixed : (np,) bool
         Vertices of the boundary, of interfaces, and what the file declares.
     region : (nc,) int64
@@ -144,8 +146,20 @@ def _fix_declared(mesh: Mesh, fixed: Array) -> None:
         fixed[link.pairs] = True
 
 
+def points_left(before: AnyCells, after: AnyCells) -> Array:
+    """The points of a mesh that are left, ascending: all but those that lost their last cell."""
+    lost = np.zeros(len(before.points), dtype=bool)
+    for cells in before.cell_sets:
+        lost[cells.cells] = True
+    for cells in after.cell_sets:
+        lost[cells.cells] = False
+    return np.flatnonzero(~lost)
+
+
 def with_cells(mesh: Mesh, before: AnyCells, after: AnyCells) -> Mesh:
     """A mesh as it was worked on: what did not change keeps every bit, and its place.
+
+    Cells that went take their rows along, and points their arrays.
 
     Parameters
     ----------
@@ -161,12 +175,39 @@ def with_cells(mesh: Mesh, before: AnyCells, after: AnyCells) -> Mesh:
         where = where * np.array([1.0, 1.0, -1.0])
     result = mesh.points.copy()
     result[moved] = where[:, : result.shape[1]].astype(result.dtype)
-    top = [id(block) for block in top_blocks(mesh)]
-    worked = dict(zip(top, after.cell_sets, strict=True))
-    blocks = [
-        replace(block, cells=worked[id(block)].cells.astype(block.cells.dtype))
-        if id(block) in worked
-        else block
-        for block in mesh.blocks
-    ]
-    return replace(mesh, points=result, blocks=blocks)
+    sets = zip(top_blocks(mesh), before.cell_sets, after.cell_sets, strict=True)
+    worked = {id(block): _worked(block, one, other) for block, one, other in sets}
+    blocks = [worked.get(id(block), block) for block in mesh.blocks]
+    left = points_left(before, after)
+    changed = replace(mesh, points=result, blocks=blocks)
+    return changed if len(left) == len(points) else _with_points(changed, left)
+
+
+def _worked(block: Block, before: CellSet, after: CellSet) -> Block:
+    """A block with the cells that are left of it."""
+    cells = after.cells.astype(block.cells.dtype)
+    if len(cells) == len(before.cells):
+        return replace(block, cells=cells)
+    kept = np.isin(before.numbers, after.numbers)
+    data = {name: values[kept] for name, values in block.data.items()}
+    return replace(block, cells=cells, data=data, numbers=None)
+
+
+def _with_points(mesh: Mesh, left: Array) -> Mesh:
+    """A mesh with some of its points only, and what needs no others."""
+    new_number = np.full(len(mesh.points), -1)
+    new_number[left] = np.arange(len(left))
+    blocks = []
+    for block in mesh.blocks:
+        cells = new_number[block.cells]
+        kept = np.all(cells >= 0, axis=1)
+        data = {name: values[kept] for name, values in block.data.items()}
+        blocks.append(replace(block, cells=cells[kept], data=data, numbers=None))
+    return replace(
+        mesh,
+        points=mesh.points[left],
+        blocks=blocks,
+        point_data={name: values[left] for name, values in mesh.point_data.items()},
+        periodic=renumbered(mesh.periodic, new_number),
+        numbers=None,
+    )

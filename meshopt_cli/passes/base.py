@@ -122,7 +122,10 @@ class Pass:
         """
         run = Run(Tally(self.name), observer, budget)
         start = time.perf_counter()
+        before = None if isinstance(work, Workspace) else work.mesh.points.copy()
         self.sweep(work, run)
+        if not isinstance(work, Workspace) and before is not None:
+            run.tally.note("moved", work.moved_from(before))
         run.tally.seconds = time.perf_counter() - start
         return run.tally
 
@@ -181,3 +184,12 @@ class Operator(Pass):
             generator = np.random.default_rng([self.seed, work.clock])
             return generator.permutation(entities)
         return entities
+
+    def takes(self, floor: float, before: float, after: float, means: tuple[float, float]) -> bool:
+        """Whether the rule allows a change of worst q, and of mean Q from the first to the second.
+
+        For what is simulated all at once, and not by kernels.
+        """
+        if not rules.is_accepted(self.rule, floor, before, after):
+            return False
+        return self.rule != rules.MEAN or rules.mean_falls(*means)

@@ -16,9 +16,18 @@ from ..work.visits import chunks
 
 if TYPE_CHECKING:  # seldom met, and their kernels take their time to load
     from ..work.cells import CellWork
+    from ..work.face_work import FaceWork
 
 Array = np.ndarray
 Work: TypeAlias = "Workspace | CellWork"
+
+
+def faces_of(work: Work) -> FaceWork:
+    """A working mesh of faces of a plane as what it is; `works_on` lets no other pass."""
+    from ..work.face_work import FaceWork
+
+    assert isinstance(work, FaceWork)
+    return work
 
 
 class Observer(Protocol):
@@ -87,11 +96,28 @@ UNLIMITED = Budget()
 
 @dataclass
 class Tally:
-    """What one run of a pass did."""
+    """What one run of a pass did.
+
+    Attributes
+    ----------
+    kinds : dict of str to dict of str to int
+        Of meshes of any cells: how many vertices were "moved" by the family of cells at them, and
+        how many pairs of faces were "swapped" and "collapsed" by theirs.
+    """
 
     name: str
     counts: Array = field(default_factory=lambda: np.zeros(N_VERDICTS, dtype=np.int64))
     seconds: float = 0.0
+    kinds: dict[str, dict[str, int]] = field(default_factory=dict)
+
+    def note(self, what: str, kinds: dict[str, int]) -> None:
+        """Count what was done to cells of some kinds; those of which nothing was are left out."""
+        counts = self.kinds.get(what, {})
+        for kind, n in kinds.items():
+            if n:
+                counts[kind] = counts.get(kind, 0) + n
+        if counts:
+            self.kinds[what] = counts
 
     @property
     def visited(self) -> int:

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..kernels.operators import relocate
-from ..kernels.types import Verdict
+from ..kernels.types import EDITION, Verdict
 from ..work.kinds import CELLS, FACES, SIMPLICES
 from .base import MOST_Q, Operator, option
 from .run import Run, Work
@@ -113,3 +113,9 @@ def smooth_all(work: Work, run: Run) -> None:
     else:
         work.move(points)
         run.tally.counts[Verdict.NOT_BETTER] += n_free
+    work.visits[GLOBAL] = int(work.mesh.state[EDITION])
+
+
+def is_settled(work: Work) -> bool:
+    """Whether nothing changed since all vertices moved at once."""
+    return bool(work.visits.get(GLOBAL) == work.mesh.state[EDITION])

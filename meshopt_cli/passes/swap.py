@@ -7,17 +7,18 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from ..kernels.accept import MEAN, is_accepted, mean_falls
+from ..kernels.accept import FLAT
 from ..kernels.operators.flip import sweep_flip
 from ..kernels.operators.swap import Swapping, sweep_swap
 from ..kernels.types import Verdict
 from ..work.kinds import FACES, SIMPLICES
 from ..work.session import Workspace
+from .apart import apart
 from .base import Operator, option
-from .run import Run, Work
+from .run import Run, Work, faces_of
 
 if TYPE_CHECKING:
-    from ..work.cells import CellWork
+    from ..work.face_work import FaceWork
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class Swap(Operator):
 
     def sweep(self, work: Work, run: Run) -> None:
         if not isinstance(work, Workspace):
-            self._swap_faces(work, run)
+            self._swap_faces(faces_of(work), run)
             return
         since = work.since((self, "shells"))
         how = Swapping(self.rule, self.least(work), self.pick == "best", since)
@@ -44,25 +45,22 @@ class Swap(Operator):
         order = self.ordered(work, cells, quality)
         run.visit(work, order, sweep, how)
 
-    def _swap_faces(self, work: CellWork, run: Run) -> None:
+    def _swap_faces(self, work: FaceWork, run: Run) -> None:
         """Swap pairs of triangles and quads, the worst first, each face once."""
+        from ..work.faces import best_of
+
         run.budget.check()
-        found, floor = work.swaps(), self.least(work)
+        found, floor = best_of(work.swaps()), self.least(work)
         before, after = found.before.min(axis=1), found.after.min(axis=1)
         near = np.flatnonzero((before < self.limit) & (after > 0.0))
         near = self.ordered(work, near, before[near])
-        taken = np.zeros(work.n_cells, dtype=bool)
-        chosen = []
-        for k in near.tolist():
-            good = is_accepted(self.rule, floor, before[k], after[k]) and (
-                self.rule != MEAN
-                or mean_falls((1.0 / found.before[k]).sum(), (1.0 / found.after[k]).sum())
-            )
-            if good and not taken[found.rows[k]].any():
-                taken[found.rows[k]] = True
-                chosen.append(k)
+        means = (1.0 / found.before).sum(axis=1), (1.0 / np.maximum(found.after, FLAT)).sum(axis=1)
+        good = [k for k in near.tolist()
+                if self.takes(floor, before[k], after[k], (means[0][k], means[1][k]))]  # fmt: skip
+        chosen = apart(good, lambda k: found.rows[k], work.n_cells)
         work.next_sweep()
-        if chosen:
+        if len(chosen):
             work.put(found.rows[chosen].ravel(), found.faces[chosen].reshape(-1, 4))
+        run.tally.note("swapped", found.kinds(chosen))
         run.tally.counts[Verdict.APPLIED] += len(chosen)
         run.tally.counts[Verdict.NOT_BETTER] += len(near) - len(chosen)

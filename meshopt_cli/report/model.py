@@ -34,6 +34,7 @@ class PassFacts:
     seconds: float
     worst: float
     mean: float
+    kinds: dict[str, dict[str, int]] = field(default_factory=dict)  # see `passes.Tally`
 
 
 @dataclass(frozen=True)

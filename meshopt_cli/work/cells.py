@@ -1,10 +1,10 @@
-"""The working state of an optimization of any cells, whose points move and nothing else."""
+"""The working state of an optimization of any cells: points move; see `face_work` for the plane."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from dataclasses import replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -12,16 +12,13 @@ from ..cells import FAMILIES, SIMPLICES, stretch_of
 from ..errors import InvariantError
 from ..kernels.operators.place import measure_rows, sweep_places
 from ..kernels.types import CLOCK, CORNERS, EDITION, FACES, CellMesh, Judge
-from ..mesh import adjacency
 from ..mesh.adjacency import distinct
 from ..mesh.any_cells import AnyCells
 from ..mesh.facets import CellSet
 from . import storage
 from .bounds import Bounds
-from .faces import Swap, swaps
 from .foldover import relocate_all
 from .kinds import CELLS
-from .kinds import FACES as FACES_OF_A_PLANE
 from .standing import Standing, standing_of
 
 Array = np.ndarray
@@ -35,15 +32,18 @@ class CellWork:
 
     Attributes
     ----------
+    source : AnyCells
+        What it was made from.
     mesh : CellMesh
     scratch, judge, bounds, came_tangled, visits
         As `Workspace` has them; the judge is one of simplices, and measures rows.
     """
 
+    kind = CELLS  # tells it from `Workspace`
     relocation = staticmethod(sweep_places)
 
     def __init__(self, source: AnyCells, judge: Judge) -> None:
-        self._source = source
+        self.source = source
         self.judge = _formed(judge, source.dimension)
         self.mesh = mesh_of(source, self.judge)
         self.scratch = storage.new_scratch(self.mesh)
@@ -59,13 +59,8 @@ class CellWork:
         self.came_tangled = self.standing().worst <= 0.0
 
     @property
-    def kind(self) -> str:
-        """Tells it from `Workspace`: faces of a plane, whose connectivity may change, or solids."""
-        return FACES_OF_A_PLANE if self.dimension == 2 else CELLS
-
-    @property
     def dimension(self) -> int:
-        return self._source.dimension
+        return self.source.dimension
 
     @property
     def clock(self) -> int:
@@ -75,11 +70,6 @@ class CellWork:
     @property
     def n_cells(self) -> int:
         return len(self._first)
-
-    @property
-    def source(self) -> AnyCells:
-        """What it was made from."""
-        return self._source
 
     # How good it is ------------------------------------------------------------------
 
@@ -199,9 +189,9 @@ class CellWork:
 
     # Keeping -------------------------------------------------------------------------
 
-    def copy(self) -> CellWork:
+    def copy(self) -> Self:
         """An independent copy; the working space is shared."""
-        twin = object.__new__(CellWork)
+        twin = object.__new__(type(self))
         twin.__dict__.update(self.__dict__)
         names = ("points", "quality", "vertex_clock", "state")
         twin.mesh = self.mesh._replace(**{n: getattr(self.mesh, n).copy() for n in names})
@@ -229,58 +219,20 @@ class CellWork:
         )
         return found
 
-    def faces(self) -> Array:
-        """Corners of the faces of a plane, (nf, 4): the fourth of a triangle is -1."""
-        return np.column_stack([self.mesh.cells, self.mesh.fourth])
-
-    def swaps(self) -> Swap:
-        """What pairs of faces may become: see `faces.swaps`."""
-        return swaps(self.faces(), self.mesh.quality, self._may_meet, self._measured, self._n())
-
-    def _n(self) -> int:
-        return len(self.mesh.points)
-
-    def _may_meet(self, one: Array, other: Array, edges: Array) -> Array:
-        """Which faces are of one region, and not to stay, nor held apart by a declared edge."""
-        region, stays = self._source.region, self._source.stays
-        free = (region[one] == region[other]) & ~stays[one] & ~stays[other]
-        return free & (adjacency.places_in(self._source.lines, edges, self._n()) < 0)
-
-    def _measured(self, faces: Array) -> Array:
-        """q of some faces."""
-        quality = np.empty(len(faces))
-        rows = self.mesh._replace(
-            cells=np.ascontiguousarray(faces[:, :3]), fourth=np.ascontiguousarray(faces[:, 3])
-        )
-        measure_rows(rows, self.scratch, quality)
-        return quality
-
-    def put(self, rows: Array, faces: Array) -> None:
-        """Put other faces, (n, 4), in the place of some."""
-        whole = self.faces()
-        whole[rows] = faces
-        cells, fourth = np.ascontiguousarray(whole[:, :3]), np.ascontiguousarray(whole[:, 3])
-        start, ball = _balls(cells, fourth, self._n())
-        clock = self.mesh.vertex_clock
-        clock[faces[faces >= 0]] = self.clock
-        self.mesh = self.mesh._replace(
-            cells=cells, fourth=fourth, ball_start=start, ball=ball,
-            quality=np.zeros(len(cells)), vertex_clock=clock,
-        )  # fmt: skip
-        self.mesh.state[EDITION] += 1
-        measure_rows(self.mesh, self.scratch, self.mesh.quality)
+    def moved_from(self, points: Array) -> dict[str, int]:
+        """How many vertices are no more where they were, by the family of cells at them."""
+        moved = np.any(points != self.mesh.points, axis=1)
+        if not moved.any():
+            return {}
+        at: dict[str, Array] = {}
+        for group in self.result().cell_sets:
+            mask = at.setdefault(group.family, np.zeros(len(points), dtype=bool))
+            mask[group.cells] = True
+        return {family: int(np.count_nonzero(mask & moved)) for family, mask in at.items()}
 
     def result(self) -> AnyCells:
         """The cells as they are now."""
-        points = self.mesh.points.copy()
-        if self.dimension == 3:
-            return replace(self._source, points=points)
-        faces = self.faces()
-        sets = [
-            replace(group, cells=faces[group.numbers, : group.cells.shape[1]])
-            for group in self._source.cell_sets
-        ]
-        return replace(self._source, points=points, cell_sets=sets)
+        return replace(self.source, points=self.mesh.points.copy())
 
 
 def _formed(judge: Judge, dimension: int) -> Judge:
@@ -296,7 +248,7 @@ def mesh_of(source: AnyCells, judge: Judge) -> CellMesh:
     order = np.argsort(owner, kind="stable")
     rows, fourth, owner, kinds = rows[order], fourth[order], owner[order], kinds[order]
     _, owner = np.unique(owner, return_inverse=True)
-    start, ball = _balls(rows, fourth, len(source.points))
+    start, ball = balls_of(rows, fourth, len(source.points))
     return CellMesh(
         points=source.points.copy(),
         cells=np.ascontiguousarray(rows),
@@ -378,7 +330,7 @@ def _corners_of_faces(mesh: CellMesh) -> tuple[Array, Array, Array]:
     )
 
 
-def _balls(rows: Array, fourth: Array, n_points: int) -> tuple[Array, Array]:
+def balls_of(rows: Array, fourth: Array, n_points: int) -> tuple[Array, Array]:
     """Where the handles of each vertex begin, and all handles."""
     n, width = rows.shape
     vertices = rows.ravel()

@@ -21,7 +21,7 @@ KINDS = ((3, 3), (3, 4), (4, 4))
 
 
 class Swap(NamedTuple):
-    """Two faces and the best that may stand in their places.
+    """Two faces and what may stand in their places.
 
     Attributes
     ----------
@@ -31,12 +31,35 @@ class Swap(NamedTuple):
         Corners of the new ones, -1 for the fourth of a triangle.
     before, after : (n, 2) float64
         q of the faces.
+    edge, other : (n, 2) int64
+        Ends of the edge that goes, and of that which comes.
     """
 
     rows: Array
     faces: Array
     before: Array
     after: Array
+    edge: Array
+    other: Array
+
+    def vertices(self, k: int) -> Array:
+        """The vertices of both faces in one of them."""
+        around = self.faces[k].ravel()
+        return around[around >= 0]
+
+    def kinds(self, rows: Array) -> dict[str, int]:
+        """How many of some are between which faces."""
+        n_quads = np.count_nonzero(self.faces[rows, :, 3] >= 0, axis=1)
+        return counted(n_quads)
+
+    def chosen(self, rows: Array) -> Swap:
+        return Swap(*(column[rows] for column in self))
+
+
+def counted(n_quads: Array) -> dict[str, int]:
+    """How many pairs of faces there are of so many quads each."""
+    names = ("triangle-triangle", "triangle-quad", "quad-quad")
+    return {name: int(np.count_nonzero(n_quads == n)) for n, name in enumerate(names)}
 
 
 def swaps(
@@ -46,7 +69,7 @@ def swaps(
     measure: Callable[[Array], Array],
     n_points: int,
 ) -> Swap:
-    """What swaps there are, each pair of faces once.
+    """What swaps there are, each pair of faces as often as there are ways to divide them.
 
     Parameters
     ----------
@@ -58,15 +81,22 @@ def swaps(
     measure : function of faces
         Gives q.
     """
-    found = [_of_kind(faces, pair, *kind, measure) for kind in KINDS
-             for pair in [_pairs(faces, kind, may_meet, n_points)] if len(pair)]  # fmt: skip
-    if not found:
-        return Swap(np.empty((0, 2), np.int64), np.empty((0, 2, 4), np.int64), *np.empty((2, 0, 2)))
-    rows, others, after = (np.concatenate(column) for column in zip(*found, strict=True))
-    return Swap(rows, others, quality[rows], after)
+    parts = [_of_kind(faces, pairs_of(faces, kind, may_meet, n_points), *kind) for kind in KINDS]
+    rows, new, edge, other = (np.concatenate(column) for column in zip(*parts, strict=True))
+    after = measure(new.reshape(-1, 4)).reshape(-1, 2)
+    return Swap(rows, new, quality[rows], after, edge, other)
 
 
-def _pairs(
+def best_of(found: Swap) -> Swap:
+    """The best way of each pair of faces: of those alike the first."""
+    order = np.lexsort([-found.after.min(axis=1), found.rows[:, 1], found.rows[:, 0]])
+    rows = found.rows[order]
+    first = np.ones(len(rows), dtype=bool)
+    first[1:] = (rows[1:] != rows[:-1]).any(axis=1)
+    return found.chosen(order[first])
+
+
+def pairs_of(
     faces: Array,
     kind: tuple[int, int],
     may_meet: Callable[[Array, Array, Array], Array],
@@ -94,24 +124,23 @@ def _pairs(
 
 
 def _of_kind(
-    faces: Array, pairs: Array, fewer: int, more: int, measure: Callable[[Array], Array]
-) -> tuple[Array, Array, Array]:
-    """Rows, the best faces in their places, and the q of these."""
+    faces: Array, pairs: Array, fewer: int, more: int
+) -> tuple[Array, Array, Array, Array]:
+    """Rows, the faces in their places, the ends of the edge that goes and of that which comes."""
     # The outline: from the start of the edge around the second face, then around the first.
     around = [(pairs[:, 2 * k + 1, None] + 1 + np.arange(n)) % n
               for k, n in enumerate((fewer, more))]  # fmt: skip
     first, second = (np.take_along_axis(faces[pairs[:, 2 * k]], around[k], axis=1) for k in (0, 1))
     outline = np.concatenate([second[:, :-1], first[:, :-1]], axis=1)
     k = outline.shape[1]
-    worst = np.full(len(pairs), -np.inf)
-    best, q = np.full((len(pairs), 2, 4), -1), np.zeros((len(pairs), 2))
     # Half of the diagonals of two faces alike are the other half.
-    for start in range(1, k if fewer != more else k // 2):
-        new = np.full((len(pairs), 2, 4), -1)
-        new[:, 1, :more] = outline[:, (start + np.arange(more)) % k]
-        new[:, 0, :fewer] = outline[:, (start + more - 1 + np.arange(fewer)) % k]
-        now = measure(new.reshape(-1, 4)).reshape(-1, 2)
-        better = now.min(axis=1) > worst
-        worst[better] = now.min(axis=1)[better]
-        best[better], q[better] = new[better], now[better]
-    return pairs[:, [0, 2]], best, q
+    starts = range(1, k if fewer != more else k // 2)
+    new = np.full((len(starts), len(pairs), 2, 4), -1)
+    ends = np.empty((len(starts), len(pairs), 2), dtype=np.int64)
+    for way, start in enumerate(starts):
+        new[way, :, 1, :more] = outline[:, (start + np.arange(more)) % k]
+        new[way, :, 0, :fewer] = outline[:, (start + more - 1 + np.arange(fewer)) % k]
+        ends[way] = outline[:, [start, (start + more - 1) % k]]
+    n = len(starts)
+    rows, edge = np.tile(pairs[:, [0, 2]], (n, 1)), np.tile(first[:, [0, -1]], (n, 1))
+    return rows, new.reshape(-1, 2, 4), edge, ends.reshape(-1, 2)

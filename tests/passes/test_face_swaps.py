@@ -10,7 +10,8 @@ from meshopt_cli.mesh.model import Block, Mesh
 from meshopt_cli.passes.swap import Swap
 from meshopt_cli.quality.measures import MEASURES
 from meshopt_cli.validity import check
-from meshopt_cli.work.cells import CellWork
+from meshopt_cli.work.face_work import FaceWork
+from meshopt_cli.work.faces import best_of
 from support.meshes import mesh, quad_grid
 
 JUDGE = MEASURES["scaled-jacobian"].judge
@@ -20,7 +21,7 @@ HEXAGON = np.stack([np.cos(ANGLES), np.sin(ANGLES)], axis=1)
 
 def swapped(one, **options):
     """What comes of one pass, and how many swaps there were."""
-    work = CellWork(cast_any(one), JUDGE)
+    work = FaceWork(cast_any(one), JUDGE)
     tally = Swap(**options).run(work)
     work.require_fresh()
     sets = {group.family: group.cells for group in work.result().cell_sets}
@@ -92,7 +93,7 @@ def test_a_mesh_stays_one_and_gets_no_worse(accept, seed):
     points[inside] += rng.uniform(-0.06, 0.06, (inside.sum(), 2))
     one = Mesh(points, [Block("triangle", halves), Block("quad", quads[~halved])])
     assert check(one).is_valid
-    work = CellWork(cast_any(one), JUDGE)
+    work = FaceWork(cast_any(one), JUDGE)
     before = work.standing()
     applied = 0
     for _ in range(5):
@@ -109,7 +110,7 @@ def test_a_mesh_stays_one_and_gets_no_worse(accept, seed):
 
 def test_edges_inside_are_looked_at_once_and_an_ideal_grid_stays():
     grid = quad_grid(4)
-    work = CellWork(cast_any(grid), JUDGE)
-    found = work.swaps()
+    work = FaceWork(cast_any(grid), JUDGE)
+    found = best_of(work.swaps())
     assert len(found.rows) == 24  # edges inside
     assert Swap().run(work).applied == 0

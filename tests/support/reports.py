@@ -80,7 +80,8 @@ reports = st.builds(report, summaries) | st.builds(report, summaries, summaries)
 SUMMARY_KEYS = {"ne", "np", "worst", "mean", "best", "target", "invalid", "histogram",
                 "angle_min", "angle_max", "angles_forced", "measures",
                 "types", "room", "census", "worst_cells", "families"}  # fmt: skip
-PASS_KEYS = {"round", "name", "visited", "applied", "refused", "seconds", "worst", "mean"}
+PASS_KEYS = {"round", "name", "visited", "applied", "refused", "seconds", "worst", "mean",
+             "kinds"}  # fmt: skip
 TOP_KEYS = {"meshopt", "input", "output", "measure", "dimension", "before", "after", "passes",
             "metric", "metric_after", "regions", "stopped", "statistics", "statistics_after",
             "left_out", "seconds", "lost"}  # fmt: skip
