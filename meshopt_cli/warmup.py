@@ -27,6 +27,7 @@ from .files.ending import ended_by
 from .kernels.operators.lbfgs import Memory
 from .kernels.shape.distortion import Body
 from .kernels.shape.simplex import ASPECT_RATIO
+from .kernels.steiner.net import Goal, Net
 from .kernels.types import N_VERDICTS, CellMesh, Judge, Scratch, SimplexMesh
 from .mesh.any_cells import AnyCells
 from .mesh.cast import Simplices
@@ -34,12 +35,14 @@ from .mesh.facets import CellSet
 from .work.cells import mesh_of
 from .work.foldover import body_of, memory_for
 from .work.session import Workspace
+from .work.steiner import net_of
 
 Array = np.ndarray
 
 # The groups of kernels, and how long they take to compile, in any unit; the longest first.
 GROUPS: dict[str, float] = {
     "mend": 15,
+    "steiner": 4,
     "split": 3,
     "constrained": 3,
     "relax": 3,
@@ -70,6 +73,8 @@ class Specimen(NamedTuple):
     counts: Array  # (N_VERDICTS,) int64
     body: Body
     memory: Memory
+    net: Net
+    goal: Goal
 
 
 def specimen() -> Specimen:
@@ -99,6 +104,17 @@ def specimen() -> Specimen:
         counts=np.zeros(N_VERDICTS, dtype=np.int64),
         body=body,
         memory=memory_for(body, 4),
+        net=net_of(
+            work.mesh.points,
+            work.mesh.cells[:1, :3].copy(),
+            np.zeros(1, np.int64),
+            np.ones((1, 3), bool),
+            np.ones(4, bool),
+            np.empty(0, np.int64),
+            0,
+            0,
+        ),
+        goal=Goal(work.judge, 0.0, 0.0, 0.0, 0.0, 0.0, 0, False),
     )
 
 

@@ -16,6 +16,7 @@ from ..mesh.model import Mesh
 from .patches import Patches, patches_of
 from .proof import prove_fixed, prove_patches, prove_volumes
 from .redeclare import redeclared
+from .splitting import OFF, declared_anew, prove_split, splittable
 
 Array = np.ndarray
 
@@ -30,9 +31,14 @@ class Boundary(Protocol):
     ----------
     patches : Patches or None
         Where vertices of the boundary may move; None where none does.
+    splittable : (n, 2) int64 or None
+        Edges that may be split, in the points of the mesh; None where none may.
     keeps_facets : bool
         Whether every facet stays, so that what the boundary allows stays too.
     """
+
+    @property
+    def splittable(self) -> Array | None: ...
 
     @property
     def patches(self) -> Patches | None: ...
@@ -111,12 +117,24 @@ class Slide:
 
 
 @dataclass(frozen=True)
+class Split:
+    """The boundary and interfaces of triangles in the plane stay, but their edges may be split."""
+
+    name: ClassVar[str] = "split"
+    summary: ClassVar[str] = "all of the boundary stays, but vertices may be added on its edges"
+
+    def bound_to(self, mesh: Mesh, source: Simplices) -> Boundary:
+        return SplitBoundary(mesh, source, splittable(mesh, source))
+
+
+@dataclass(frozen=True)
 class FixedBoundary:
     """A boundary that stays as it is."""
 
     mesh: Mesh
     source: Simplices
     patches: None = None
+    splittable: None = None
     keeps_facets: bool = True
 
     def restore(self, result: Mesh, worked: Simplices, origin: Array) -> Mesh:
@@ -134,6 +152,7 @@ class SlidingBoundary:
     mesh: Mesh
     source: Simplices
     patches: Patches
+    splittable: None = None
     keeps_facets: bool = False
 
     def restore(self, result: Mesh, worked: Simplices, origin: Array) -> Mesh:
@@ -144,4 +163,24 @@ class SlidingBoundary:
         prove_volumes(self.source, after, self.patches.tolerance)
 
 
-POLICIES: dict[str, type[Fixed] | type[Slide]] = {p.name: p for p in (Fixed, Slide)}
+@dataclass(frozen=True)
+class SplitBoundary:
+    """A boundary whose vertices stay and whose edges may be split."""
+
+    mesh: Mesh
+    source: Simplices
+    splittable: Array
+    patches: None = None
+    keeps_facets: bool = False
+
+    def restore(self, result: Mesh, worked: Simplices, origin: Array) -> Mesh:
+        return declared_anew(self.mesh, result, self.source, worked, origin)
+
+    def prove(self, result: Mesh, after: Simplices, worked: Simplices, origin: Array) -> None:
+        prove_split(self.source, worked, self.mesh.points, result.points, origin)
+        prove_volumes(self.source, after, OFF[self.source.single])
+
+
+POLICIES: dict[str, type[Fixed] | type[Slide] | type[Split]] = {
+    p.name: p for p in (Fixed, Slide, Split)
+}

@@ -72,8 +72,10 @@ compressed; - stands for stdin or stdout, and then the report goes to stderr.
     shell_complete=completion.of(completion.rules, many=True),
 )  # fmt: skip
 @click.option(
-    "--boundary", type=click.Choice(["fixed", "slide"]), default="fixed", show_default=True,
-    help="What of the boundary stays: all of it, or its shape (planes and straight ridges).",
+    "--boundary", type=click.Choice(["fixed", "slide", "split"]), default="fixed",
+    show_default=True,
+    help="What of the boundary stays: all of it, its shape (planes and straight ridges), or all, "
+         "with vertices added on its edges by nonobtuse (triangles of a plane).",
 )  # fmt: skip
 @number_option(
     "slide-tolerance", metavar="X", default=1e-6, show_default=True,
@@ -96,7 +98,7 @@ def command(
     verbosity: int,
     **options: Any,
 ) -> int:
-    from ..boundary.policy import Fixed, Slide
+    from ..boundary.policy import POLICIES, Slide
     from ..files.places import require_places
     from ..formats import PIPE
     from ..jobs.optimize_file import FileTask, InvalidFileError, optimize_file, place_of
@@ -106,7 +108,7 @@ def command(
 
     # The rest of the options have the names of what they say of the pipeline, and of the files.
     request = Request(**{f.name: options.pop(f.name) for f in fields(Request)})
-    policy = Slide(slide_tolerance) if boundary == Slide.name else Fixed()
+    policy = Slide(slide_tolerance) if boundary == Slide.name else POLICIES[boundary]()
     task = FileTask(input, place_of(input, output, in_place), request, policy, **options)
     shown = OUTPUTS["json" if as_json else "table"]
     written = {path: output_of(path) for path in reports}

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .. import validity
-from ..boundary.policy import Boundary, Fixed, Policy
-from ..errors import InvariantError
+from ..boundary.policy import Boundary, Fixed, Policy, Split
+from ..errors import ConfigError, InvariantError
 from ..mesh.cast import Simplices, cast, with_simplices
 from ..mesh.model import Mesh, main_blocks, main_type
 from ..mesh.second_order import SecondOrder, is_second_order, separated
@@ -166,7 +166,7 @@ def optimize(
     while True:
         worked = improve(
             prepared.part, pipeline, measure.judge, before.target, prepared.boundary.patches,
-            observer,
+            prepared.boundary.splittable, observer,
         )  # fmt: skip
         restored = restore(prepared, worked, with_data)
         if prepared.second is None:
@@ -226,6 +226,8 @@ def prepare(
     require_range(mesh)
     source, tangle = admit(mesh, pipeline.mends_tangles, allowed)
     second = separated(source) if is_second_order(source) else None
+    if second is not None and policy.name == Split.name:
+        raise ConfigError("--boundary split is for cells of first order: leave it out here")
     mesh = source if second is None else second.linear
     part = _part_of(source, second, allowed)
     if second is not None:

@@ -95,7 +95,7 @@ def optimize_cells(
     start = time.perf_counter()
     if not isinstance(policy, Fixed):
         raise UnsupportedMeshError(
-            f"--boundary {policy.name} moves vertices of triangles and tetrahedra only"
+            f"--boundary {policy.name} is for meshes of triangles or tetrahedra alone"
         )
     tallies: list[Tally] = []
     if pipeline.repairs:

@@ -11,14 +11,15 @@ from itertools import pairwise
 from pathlib import Path
 
 from .. import formats
-from ..boundary.policy import Fixed, Policy
+from ..boundary.policy import Fixed, Policy, Split
 from ..errors import EXIT_BAD_MESH, BadMeshError, ConfigError, naming
 from ..files.places import require_writable
 from ..formats import PIPE, Written
 from ..mesh.any_cells import is_of_any_cells
 from ..mesh.model import Mesh
-from ..passes import Observer
+from ..passes import PASSES, Observer
 from ..plans.config import Request, plan_for
+from ..plans.pipeline import Pipeline
 from ..report.model import Report
 from ..report.verdict import Verdict
 from ..validity import meant
@@ -100,6 +101,18 @@ class FileResult:
     written: Written | None
 
 
+def _require_use(policy: Policy, pipeline: Pipeline) -> None:
+    """Refuse a boundary that may be split where no pass does so.
+
+    Raises
+    ------
+    ConfigError
+    """
+    if policy.name == Split.name and not any(step.splits_boundary for step in pipeline.passes()):
+        able = ", ".join(name for name, step in PASSES.items() if step.splits_boundary)
+        raise ConfigError(f"--boundary split: no pass here splits edges; add one that does: {able}")
+
+
 def optimize_file(
     task: FileTask,
     observer: Observer | None = None,
@@ -125,7 +138,9 @@ def optimize_file(
         See `optimize`.
     """
     # What is wrong with the request is said before the mesh is read.
-    allowed = _allowed(task.request, plan_for(task.request).allow)
+    asked = plan_for(task.request)
+    _require_use(task.policy, asked.pipeline)
+    allowed = _allowed(task.request, asked.allow)
     require_writable(task.output)
     clock = [time.perf_counter()]
     mesh, source = formats.read(task.input, task.input_format, task.max_size)

@@ -81,6 +81,7 @@ class Pass:
     summary: ClassVar[str] = ""
     kernels: ClassVar[tuple[str, ...]] = ()  # groups that its sweeps may call
     mends_tangles: ClassVar[bool] = False
+    splits_boundary: ClassVar[bool] = False  # where `--boundary split` lets it
     works_on: ClassVar[tuple[str, ...]] = (SIMPLICES,)  # kinds of working meshes
 
     def __post_init__(self) -> None:

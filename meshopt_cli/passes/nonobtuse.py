@@ -12,7 +12,9 @@ import numpy as np
 from ..kernels.operators.clear import Clearing, sweep_clear
 from ..kernels.operators.nonobtuse import lacking, sweep_ease
 from ..kernels.shape.lack import Wants
+from ..kernels.types import Verdict
 from ..work.session import Workspace
+from ..work.steiner import Search, goal_for, n_tries, net_for, put_back
 from .base import Pass, option
 from .run import Run
 
@@ -27,17 +29,22 @@ WIDE, NARROW = 10.0, 3.0
 WIDE_SWEEPS = 0.25
 CLEARINGS = (NARROW, 1.0, 8.0)  # the same, each time that what is left is cleared
 
+COARSE = 0.5  # part of the vertices that may move, below which there is little to move
+MOST_IN_VAIN = 2
+
 
 @dataclass(frozen=True)
 class NonObtuse(Pass):
     """Move vertices and flip edges where angles are obtuse, and change more where that fails."""
 
     name: ClassVar[str] = "nonobtuse"
+    splits_boundary: ClassVar[bool] = True
     summary: ClassVar[str] = (
         "makes obtuse triangles of the plane acute or right, at the expense of the mean Q, not of "
-        "the worst; leaves tetrahedra as they are (18.4.3)"
+        "the worst, with vertices on the boundary where --boundary split lets it; leaves "
+        "tetrahedra as they are (18.4.3)"
     )
-    kernels: ClassVar[tuple[str, ...]] = ("nonobtuse",)
+    kernels: ClassVar[tuple[str, ...]] = ("nonobtuse", "steiner")
 
     sweeps: int = option(
         40, "sweeps of moves and flips in one run, fewer when nothing changes", least=1, most=1000
@@ -58,6 +65,11 @@ class NonObtuse(Pass):
         0.8, "fewest vertices, over those of the input", least=0.0, most=1.0
     )
 
+    max_steiner: float = option(
+        4.0, "most vertices, over those of the input, where the boundary may be split",
+        least=1.0, most=100.0,
+    )  # fmt: skip
+
     def left(self, work: Workspace) -> int:
         """Number of obtuse triangles."""
         if work.dimension == 3:
@@ -71,11 +83,53 @@ class NonObtuse(Pass):
                 log.warning("nonobtuse leaves tetrahedra as they are: it is for the plane only")
             work.visits[(self, "space")] = work.clock
             return
+        if work.splittable is not None and self._is_coarse(work):
+            self._search(work, run)
+            return
         n_wide = round(WIDE_SWEEPS * self.sweeps)
         self._ease(work, run, WIDE, n_wide)
         self._ease(work, run, NARROW, self.sweeps - n_wide)
         for margin in CLEARINGS:
             self._clear(work, run, margin)
+        if work.splittable is not None:
+            self._search(work, run)
+
+    def _is_coarse(self, work: Workspace) -> bool:
+        """Whether a mesh came with few vertices that may move: moves and flips do little there."""
+        key = (self, "coarse")
+        if key not in work.visits:
+            there = work.mesh.vertex_cell >= 0
+            n_free = np.count_nonzero(there & ~work.mesh.fixed)
+            work.visits[key] = bool(n_free < COARSE * work.n_vertices)
+        return bool(work.visits[key])
+
+    def _search(self, work: Workspace, run: Run) -> None:
+        """Look for Steiner points, on the boundary too, unless that was in vain twice."""
+        n_in_vain = work.visits.get((self, "steiner"), 0)
+        n_obtuse = self.left(work)
+        if not n_obtuse or n_in_vain == MOST_IN_VAIN:
+            return
+        n_before = work.n_vertices
+        most = max(int(self.max_steiner * work.bounds.n_input_points), n_before)
+        goal = goal_for(work, self.least_angle, not self._is_coarse(work), most)
+        net = net_for(work, most - n_before)
+
+        def advanced(by: int) -> None:
+            run.observer.advanced(by)
+            run.budget.check()
+
+        run.observer.started(run.tally.name, n_tries(n_obtuse))
+        run.budget.check()
+        search = Search(net, goal, advanced)
+        try:
+            search.run()
+            if search.n_bad:
+                work.visits[(self, "steiner")] = n_in_vain + 1
+        finally:
+            if search.kept and search.is_better:
+                put_back(work, search.best)
+                run.tally.counts[Verdict.APPLIED] += search.kept
+            run.tally.counts[Verdict.NOT_BETTER] += search.tries - search.kept
 
     def _wants(self, margin: float, q: float) -> Wants:
         """What is wanted of triangles, with a margin in degrees."""

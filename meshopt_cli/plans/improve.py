@@ -48,6 +48,7 @@ def improve(
     judge: Judge,
     target: float = 1.0,
     patches: Patches | None = None,
+    splittable: np.ndarray | None = None,
     observer: Observer | None = None,
     bounds: Bounds | None = None,
 ) -> Worked:
@@ -59,6 +60,8 @@ def improve(
         Q of the best cell that the worst facet of the boundary allows; 1 when that is not known.
     patches : Patches, optional
         Where vertices of the boundary may move.
+    splittable : (n, 2) int64, optional
+        Edges of the boundary that may be split.
     bounds : Bounds, optional
         What the passes hold it against, where it is a part of a larger mesh; itself without.
 
@@ -68,16 +71,21 @@ def improve(
         An operator broke the mesh.
     """
     # No name holds the working mesh here: the run may go back to a copy, and let go of it.
-    outcome = pipeline.run(_workspace(part, judge, target, patches, bounds), observer)
+    outcome = pipeline.run(_workspace(part, judge, target, patches, splittable, bounds), observer)
     assert isinstance(outcome.work, Workspace)
     better, origin = outcome.work.result()
     return Worked(better, origin, tuple(outcome.lines), outcome.stopped)
 
 
 def _workspace(
-    part: Simplices, judge: Judge, target: float, patches: Patches | None, bounds: Bounds | None
+    part: Simplices,
+    judge: Judge,
+    target: float,
+    patches: Patches | None,
+    splittable: np.ndarray | None,
+    bounds: Bounds | None,
 ) -> Workspace:
-    work = Workspace(part, judge, target, patches=patches)
+    work = Workspace(part, judge, target, patches=patches, splittable=splittable)
     if bounds is not None:
         work.bounds = bounds
     return work

@@ -55,6 +55,8 @@ class Workspace:
         Q of the best cell that the worst facet of the boundary allows; 1 when that is not known.
     patches : Patches, optional
         What may move on the boundary; nothing without it.
+    splittable : (n, 2) int64, optional
+        Edges of the boundary that may be split; none without it.
     in_order : bool
         Whether vertices and cells keep the rows they have in the source, rather than
         stand near each other in memory where they are near in space.
@@ -70,6 +72,7 @@ class Workspace:
         target: float = 1.0,
         in_order: bool = False,
         patches: Patches | None = None,
+        splittable: Array | None = None,
     ) -> None:
         n_points = len(source.points)
         self._source = source
@@ -77,6 +80,10 @@ class Workspace:
         self._origin = np.arange(n_points) if in_order else hilbert(source.points)
         self.mesh = storage.simplex_mesh(source, judge, self._origin, in_order, patches)
         self.scratch = storage.new_scratch(self.mesh)
+        number = inverse(self._origin)
+        # Facets that the file declares, and edges that may be split, by rows; not written into.
+        self.facets = number[source.facets]
+        self.splittable = None if splittable is None else number[splittable]
         self.judge = judge
         self.bounds = Bounds(target, self.n_vertices, n_points)
         self.visits: dict[Hashable, Any] = {}
@@ -281,6 +288,27 @@ class Workspace:
         self.mesh = storage.with_room_for_cells(self.mesh)
         self.scratch = storage.new_scratch(self.mesh)
 
+    def put(
+        self, points: Array, cells: Array, region: Array, facets: Array, splittable: Array
+    ) -> None:
+        """Take other triangles in the place of all, whose borders are those of these, or split.
+
+        Parameters
+        ----------
+        points : (np, 3) float64
+            Those of the input in their rows, then new ones.
+        facets : (n, 2) int64
+            What the declared facets are now.
+        splittable : (n, 2) int64
+            What the edges that may be split are now.
+        """
+        self.next_sweep()
+        self.facets, self.splittable = facets, splittable
+        self.mesh = storage.with_triangles(
+            self.mesh, points, cells, region, facets, self.n_input_points
+        )
+        self.scratch = storage.new_scratch(self.mesh)
+
     def reserve_points(self, n_points: int) -> None:
         """Make room for vertices up to this number of rows."""
         if n_points > len(self.mesh.points):
@@ -336,7 +364,7 @@ class Workspace:
             cells=cells,
             region=region,
             fixed=self._source.fixed[origin] & (origin >= 0),
-            facets=number_of[self._source.facets],
+            facets=number[self.facets],
             edges=number_of[self._source.edges],
         )
         return worked, origin

@@ -10,11 +10,16 @@ from ..boundary.patches import Patches
 from ..handles import OUTER
 from ..kernels.shape.simplex import measure_cells
 from ..kernels.types import (
+    CLOCK,
+    EDITION,
     J_ALIVE,
     MAX_BALL,
     MAX_CREATED,
     MAX_KEPT,
     MAX_SHELL,
+    N_CELLS,
+    N_FREE,
+    N_POINTS,
     AnyMesh,
     Journal,
     Judge,
@@ -136,6 +141,45 @@ def with_rows_for_points(mesh: SimplexMesh, n_points: int) -> SimplexMesh:
     # The keys of required edges count in rows.
     keys = mesh.required // old * n_points + mesh.required % old
     return mesh._replace(**larger, required=keys)
+
+
+def with_triangles(
+    mesh: SimplexMesh, points: Array, cells: Array, region: Array, facets: Array, n_kept: int
+) -> SimplexMesh:
+    """A mesh of the plane in arrays of other triangles; see `Workspace.put`.
+
+    Parameters
+    ----------
+    n_kept : int
+        The first vertices, which are those of `mesh`: fixed where they were.
+    """
+    n_cells, n_points = len(cells), len(points)
+    capacity = capacity_for(n_cells)
+    beyond = adjacency.neighbours(cells, region, n_points, facets)
+    fixed = np.zeros(n_points, dtype=bool)
+    fixed[:n_kept] = mesh.fixed[:n_kept]
+    fixed[adjacency.boundary_facets(cells, beyond)] = True
+    quality = np.zeros(capacity)
+    measure_cells(mesh.judge, points, cells, quality[:n_cells])
+    state = mesh.state.copy()
+    state[[N_CELLS, N_FREE, N_POINTS]] = n_cells, 0, n_points
+    state[EDITION] += 1
+    n_rows = len(mesh.points)  # rows never become fewer: visits are remembered by them
+    mesh = mesh._replace(
+        points=points,
+        cells=_extended(cells, capacity, 0),
+        neighbours=_extended(beyond, capacity, OUTER),
+        vertex_cell=_first_cells(cells, n_points),
+        quality=quality,
+        region=_extended(region, capacity, 0),
+        alive=_extended(np.ones(n_cells, dtype=bool), capacity, False),
+        fixed=fixed,
+        guide=np.zeros((n_points, 4)),
+        vertex_clock=np.full(n_points, state[CLOCK]),
+        free=np.zeros(capacity, dtype=np.int64),
+        state=state,
+    )
+    return with_rows_for_points(mesh, n_rows) if n_rows > n_points else mesh
 
 
 def copied(mesh: SimplexMesh) -> SimplexMesh:

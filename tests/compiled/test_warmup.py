@@ -16,7 +16,7 @@ from meshopt_cli.work.foldover import relocate_all
 from support.corners import corners, thrown
 from support.edits import shaken
 from support.files import write
-from support.meshes import hex_grid, tet_grid, tri_grid
+from support.meshes import fan, hex_grid, tet_grid, tri_grid
 
 pytestmark = pytest.mark.skipif(ways.INTERPRETED, reason="kernels are interpreted")
 
@@ -66,6 +66,7 @@ def test_examples_are_what_kernels_are_called_with(samples, tmp_path, called, wo
     formats.write(raw, mesh, formats.FORMATS["vtu"].default)
     boxes = write(tmp_path / "boxes.vtu", shaken(hex_grid(3)))
     flat = write(tmp_path / "flat.vtu", shaken(tri_grid(8), 0.45))
+    coarse = write(tmp_path / "coarse.vtu", fan(5, (0.6, 0.3)))
     constrained = ["--passes", "split", "--set", "split.constrained=0.5"]
     for arguments in (
         ["optimize", samples / "raw_ball.mesh", tmp_path / "out.mesh", "--preset", "best"],
@@ -76,6 +77,7 @@ def test_examples_are_what_kernels_are_called_with(samples, tmp_path, called, wo
         ["optimize", raw, tmp_path / "out.vtu", "--passes", "smooth"],
         ["optimize", raw, tmp_path / "out.vtu", *constrained],
         ["optimize", flat, tmp_path / "out.vtu", "--passes", "nonobtuse"],
+        ["optimize", coarse, tmp_path / "out.vtu", "--passes", "nonobtuse", "--boundary", "split"],
         ["optimize", boxes, tmp_path / "out.vtu"],
         ["report", raw],
         ["check", raw],

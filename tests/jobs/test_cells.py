@@ -172,7 +172,7 @@ def test_other_measures_steer_too(tmp_path, make, measure):
     [
         (["--measure", "angle-min"], 2, "cannot steer quads"),
         (["--measure", "worst-simplex"], 2, "cannot steer"),
-        (["--boundary", "slide"], 3, "moves vertices of triangles and tetrahedra only"),
+        (["--boundary", "slide"], 3, "is for meshes of triangles or tetrahedra alone"),
     ],
 )
 def test_what_cannot_be_is_refused(tmp_path, capsys, options, status, said):

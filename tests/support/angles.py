@@ -16,4 +16,4 @@ def angles_of(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
 
 def n_obtuse(points: np.ndarray, cells: np.ndarray) -> int:
     """Number of triangles with an angle above 90 degrees, but for rounding."""
-    return int(np.count_nonzero(angles_of(points, cells).max(axis=1) > 90.0 + 1e-9))
+    return int(np.count_nonzero(angles_of(points, cells).max(axis=1) > 90.0 + 1e-6))

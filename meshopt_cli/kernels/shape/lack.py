@@ -11,9 +11,11 @@ from typing import NamedTuple
 
 from ...compiled.decorators import inlined
 from ..vectors import Vec, dot, minus, norm
+from .obtuse import COS_RIGHT
 
-# An angle is obtuse where its cosine is below this: right ones may be so but for rounding.
-RIGHT = -1e-12
+# An angle is obtuse where its cosine is below this: a tenth of what rounding may make of a right
+# one where they are counted, since there is more of it on the way to the file.
+RIGHT = 0.1 * COS_RIGHT
 # Least fall of the cost that counts: less would go on for ever.
 LEAST_GAIN = 1e-6
 
