@@ -54,6 +54,7 @@ GROUPS: dict[str, float] = {
     "cells": 2,
     "global": 1.5,
     "nonobtuse": 2,
+    "fit": 2,
     "check": 1,
 }
 

@@ -17,6 +17,7 @@ from .options import (
     all_names_in,
     file_options,
     measure_option,
+    metric_options,
     names_in,
     number_option,
     region_option,
@@ -52,6 +53,12 @@ compressed; - stands for stdin or stdout, and then the report goes to stderr.
     help="Set an option of a pass.", shell_complete=completion.of(completion.settings),
 )  # fmt: skip
 @measure_option
+@metric_options("Drive the mesh by")
+@click.option(
+    "--metric-out",
+    metavar="WHERE",
+    help="Write the metric at the points of OUTPUT: to a file, .sol or .solb, or as an array.",
+)
 @number_option("rounds", metavar="N", help="At most so many rounds.")
 @number_option("target-quality", metavar="Q", help="Stop when no cell is worse.")
 @number_option("time-limit", metavar="S", help="Stop after so many seconds.")
@@ -95,12 +102,15 @@ def command(
     as_json: bool,
     boundary: str,
     slide_tolerance: float,
+    metric: str | None,
+    size: str | None,
     verbosity: int,
     **options: Any,
 ) -> int:
     from ..boundary.policy import POLICIES, Slide
     from ..files.places import require_places
     from ..formats import PIPE
+    from ..jobs.metric import asked_for
     from ..jobs.optimize_file import FileTask, InvalidFileError, optimize_file, place_of
     from ..plans.config import Request
     from .output import print_findings, print_reports, with_command
@@ -109,10 +119,17 @@ def command(
     # The rest of the options have the names of what they say of the pipeline, and of the files.
     request = Request(**{f.name: options.pop(f.name) for f in fields(Request)})
     policy = Slide(slide_tolerance) if boundary == Slide.name else POLICIES[boundary]()
-    task = FileTask(input, place_of(input, output, in_place), request, policy, **options)
+    asked = asked_for(metric, size)
+    task = FileTask(
+        input, place_of(input, output, in_place), request, policy, metric=asked, **options
+    )
     shown = OUTPUTS["json" if as_json else "table"]
     written = {path: output_of(path) for path in reports}
-    require_places([task.output, *reports], [input], replaced=[task.output])
+    read = [input, *([asked.path] if asked and asked.path else [])]
+    made = [task.output, *reports]
+    if task.metric_path is not None:
+        made.append(task.metric_path)
+    require_places(made, read, replaced=[task.output])
     if verbosity > 0 or any(row.all_measures for row in (shown, *written.values())):
         task = replace(task, all_measures=True)
     if any(row.pictures for row in written.values()):

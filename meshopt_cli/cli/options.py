@@ -51,6 +51,24 @@ def region_option(function: Function) -> Function:
     )(function)  # fmt: skip
 
 
+def metric_options(what: str) -> Callable[[Function], Function]:
+    """`--metric SOURCE` and `--size FORMULA`; `what` they are for, in words."""
+
+    def add(function: Function) -> Function:
+        function = click.option(
+            "--size", metavar="FORMULA",
+            help=f"{what} sizes, a formula in x, y and z, such as 0.01+0.19*x.",
+        )(function)  # fmt: skip
+        return click.option(
+            "--metric", metavar="SOURCE",
+            help=f"{what} a metric: a file of Medit (.sol, .solb), an array of its points, or "
+                 "`implied`, its own.",
+            shell_complete=completion.metrics,
+        )(function)  # fmt: skip
+
+    return add
+
+
 class Size(click.ParamType):
     """A number of bytes: 2000000, 500M, 1.5G."""
 

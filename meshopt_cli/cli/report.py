@@ -14,6 +14,7 @@ from .options import (
     INPUT,
     OUTPUT,
     all_names_in,
+    metric_options,
     reading_options,
     region_option,
     verbosity_options,
@@ -32,16 +33,7 @@ from .options import (
     "measures`.",
     shell_complete=completion.of(completion.limits, many=True),
 )
-@click.option(
-    "--metric", metavar="SOURCE",
-    help="Judge the mesh by a metric too: a file of Medit (.sol, .solb), an array of its points, "
-         "or `implied`, its own.",
-    shell_complete=completion.metrics,
-)  # fmt: skip
-@click.option(
-    "--size", metavar="FORMULA",
-    help="Judge it by sizes, a formula in x, y and z, such as 0.01+0.19*x.",
-)  # fmt: skip
+@metric_options("Judge the mesh, besides, by")
 @click.option(
     "--against", type=INPUT, metavar="BEFORE",
     help="Compare with another mesh: rows of it before, and of MESH after.",

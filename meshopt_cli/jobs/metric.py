@@ -10,14 +10,22 @@ import numpy as np
 
 from .. import formats
 from ..cells import family_of
-from ..errors import ConfigError, hint
+from ..errors import ConfigError, WriteError, hint, reason
 from ..formats import Source
-from ..formats.medit_sol import SCALAR, TENSOR, is_sol, read_sol
+from ..formats.medit_sol import SCALAR, TENSOR, Solution, is_sol, read_sol, write_sol
 from ..mesh.model import Array, Mesh, top_blocks
 from ..mesh.plane import with_depth
 from ..mesh.tags import OWN
 from ..metric.domain import Domain, domain_of
-from ..metric.field import MEDIT, VTK, Metric, fitted, from_array, require_definite
+from ..metric.field import (
+    MEDIT,
+    VTK,
+    Metric,
+    fitted,
+    from_array,
+    in_order,
+    require_definite,
+)
 from ..metric.formula import Formula, formula_of
 from ..metric.implied import implied
 from ..metric.summary import Judged, judge
@@ -96,14 +104,15 @@ def judge_by(
         Its file cannot be read.
     """
     domain = domain_of(mesh)
-    metric = _metric(asked, mesh, source, domain, max_size)
+    metric = metric_on(asked, mesh, source, domain, max_size)
     turned = {family: part.is_turned(family) for family in domain.cells}
     return judge(domain, turned, metric, measure)
 
 
-def _metric(
-    asked: Asked, mesh: Mesh, source: Source, domain: Domain, max_size: int | None
+def metric_on(
+    asked: Asked, mesh: Mesh, source: Source, domain: Domain, max_size: int | None = None
 ) -> Metric:
+    """The metric that is asked for, with a row for each point of a mesh; see `judge_by`."""
     name = formats.numbering(source.encoding, mesh).point
     used = domain.used
     values: Array
@@ -143,6 +152,33 @@ def _of_file(path: Path, max_size: int | None) -> tuple[Array, str]:
                                 path, len(fields), what, number)  # fmt: skip
                 return values, told
     raise ConfigError(f"{path}: no field in it is a scalar or a symmetric tensor")
+
+
+def with_metric(mesh: Mesh, metric: Metric, where: str, file_format: str) -> Mesh:
+    """Write a metric to a file of its own, or put it on the points of a mesh.
+
+    Parameters
+    ----------
+    where : str
+        A file called `.sol` or `.solb`, or else the name of the array.
+    file_format : str
+        Of the file that the mesh is to be in, by which tensors have their order.
+
+    Raises
+    ------
+    WriteError
+        The file cannot be written.
+    """
+    path = Path(where)
+    if is_sol(path):
+        kind = SCALAR if metric.is_isotropic else TENSOR
+        try:
+            write_sol(path, Solution(metric.width, [(kind, metric.values)]))
+        except OSError as error:
+            raise WriteError(f"{path}: cannot be written: {reason(error)}") from error
+        return mesh
+    values = in_order(metric, VTK if file_format in OF_VTK else MEDIT)
+    return replace(mesh, point_data={**mesh.point_data, where: values})
 
 
 def with_judged(mesh: Mesh, judged: Judged) -> Mesh:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import logging
+import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,10 +13,12 @@ import numpy as np
 from .. import validity
 from ..boundary.policy import Boundary, Fixed, Policy, Split
 from ..errors import ConfigError, InvariantError
+from ..kernels.types import MAPPED
 from ..mesh.cast import Simplices, cast, with_simplices
 from ..mesh.model import Mesh, main_blocks, main_type
 from ..mesh.second_order import SecondOrder, is_second_order, separated
 from ..mesh.tags import Regions, tags_of
+from ..metric.summary import MetricSummary
 from ..passes import Observer, Tally
 from ..plans.improve import Worked, improve
 from ..plans.pipeline import Pipeline
@@ -24,6 +28,7 @@ from ..quality.measures import OF_SIMPLICES, Measure
 from ..quality.summary import Summary, summarize
 from ..quality.target import forced_angles
 from ..transfer.carry import carry_on_cells, carry_on_points, tags_only
+from ..work.background import Background
 from ..work.standing import Standing
 from .admission import (
     CURVED,
@@ -43,6 +48,8 @@ ROUNDING = 1e-6
 
 # Rules that cells break which meet without sharing what they meet in.
 MEETING = {"M202", "M205"}
+
+BackgroundOf = Callable[[Simplices, Mesh, np.ndarray], Background]
 
 
 @dataclass(frozen=True)
@@ -83,6 +90,11 @@ class Prepared:
     allowed: tuple[str, ...] = ()
     mends: tuple[Line, ...] = ()
 
+    @property
+    def numbers(self) -> np.ndarray:
+        """The point of `source` that each point of `part` is."""
+        return np.arange(len(self.part.points)) if self.second is None else self.second.points
+
 
 @dataclass(frozen=True)
 class Restored:
@@ -111,7 +123,7 @@ class Result:
     """An optimized mesh and how it came about.
 
     `lost` is what of the input did not go along; `left_out` names the passes that are for other
-    cells.
+    cells; `in_metric` is what a metric makes of the mesh before and after.
     """
 
     mesh: Mesh
@@ -124,6 +136,7 @@ class Result:
     regions: Regions
     lost: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
+    in_metric: tuple[MetricSummary, MetricSummary] | None = None
 
 
 def optimize(
@@ -135,6 +148,7 @@ def optimize(
     with_data: bool = True,
     policy: Policy = Fixed(),  # noqa: B008 (a frozen value)
     allowed: tuple[str, ...] = (),
+    background_of: BackgroundOf | None = None,
 ) -> Result:
     """Optimize a mesh; the input is left as it is.
 
@@ -149,6 +163,9 @@ def optimize(
         What of the boundary stays.
     allowed : tuple of str
         Codes of the rules that the mesh may break on purpose: see `validity.meant`.
+    background_of : function, optional
+        Makes the metric that drives the work of what is worked on, the mesh that this was taken
+        from, and the numbers, (np,), that its points have there.
 
     Raises
     ------
@@ -163,10 +180,16 @@ def optimize(
     others = tuple(OF_SIMPLICES.values()) if with_all_measures else ()
     prepared = prepare(mesh, pipeline, measure, policy, others, allowed)
     before, kept = prepared.before, None
+    judge, target = measure.judge, before.target
     while True:
+        background = background_of and background_of(
+            prepared.part, prepared.source, prepared.numbers
+        )
+        if background and not background.is_isotropic:  # sizes alone change no shape
+            judge, target = judge._replace(form=MAPPED), 1.0
         worked = improve(
-            prepared.part, pipeline, measure.judge, before.target, prepared.boundary.patches,
-            prepared.boundary.splittable, observer,
+            prepared.part, pipeline, judge, target, prepared.boundary.patches,
+            prepared.boundary.splittable, observer, background=background,
         )  # fmt: skip
         restored = restore(prepared, worked, with_data)
         if prepared.second is None:
@@ -177,7 +200,7 @@ def optimize(
         if kept is None:
             break
         prepared = _keeping(prepared, policy, kept)
-    after = prove(prepared, worked, restored.by_corners, measure, others)
+    after = prove(prepared, worked, restored.by_corners, measure, others, background_of is not None)
     if with_all_measures:
         forced = forced_angles(prepared.part)
         before, after = replace(before, forced=forced), replace(after, forced=forced)
@@ -300,8 +323,14 @@ def prove(
     result: Mesh,
     measure: Measure,
     others: tuple[Measure, ...] = (),
+    in_metric: bool = False,
 ) -> Summary:
     """Compare a result with its input; returns its summary.
+
+    Parameters
+    ----------
+    in_metric : bool
+        Whether it was driven by a metric, so that its Q without one may be anything.
 
     Raises
     ------
@@ -319,7 +348,8 @@ def prove(
         final, part = final.without_facets(idle), part.without_facets(idle)
     target = before.target if prepared.boundary.keeps_facets else None
     after = summarize(final, measure, others, target)
-    if after.n_invalid or after.worst > before.worst * (1 + ROUNDING):
+    limit = math.inf if in_metric else before.worst * (1 + ROUNDING)
+    if after.n_invalid or after.worst > limit:
         raise InvariantError(f"the worst Q rose from {before.worst} to {after.worst}")
     prepared.boundary.prove(result, final, part, worked.origin)
     return after

@@ -7,19 +7,22 @@ import os
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
 from .. import formats
 from ..boundary.policy import Fixed, Policy, Split
-from ..errors import EXIT_BAD_MESH, BadMeshError, ConfigError, naming
+from ..errors import EXIT_BAD_MESH, BadMeshError, ConfigError, UnsupportedMeshError, naming
 from ..files.places import require_writable
 from ..formats import PIPE, Written
+from ..formats.medit_sol import is_sol
 from ..mesh.any_cells import is_of_any_cells
 from ..mesh.model import Mesh
 from ..passes import PASSES, Observer
-from ..plans.config import Request, plan_for
+from ..plans.config import Plan, Request, plan_for
 from ..plans.pipeline import Pipeline
+from ..plans.presets import ADAPT
 from ..report.model import Report
 from ..report.verdict import Verdict
 from ..validity import meant
@@ -27,6 +30,7 @@ from ..work.kinds import CELLS, FACES, SIMPLICES
 from .admission import InvalidMeshError, require_known_cells
 from .findings import verdict_on
 from .illustrate import illustrated
+from .metric import Asked, with_metric
 from .optimize import Result, optimize
 from .quality_arrays import with_quality, without_quality
 from .regions import with_asked_regions
@@ -72,6 +76,11 @@ class FileTask:
     all_measures : bool
         Tell the worst Q by every measure, and the angles that the boundary forces; so do
         pipelines that are for them.
+    metric : Asked, optional
+        The metric that drives the work.
+    metric_out : str, optional
+        Where the metric at the points of the result goes: a file called `.sol` or `.solb`, or else
+        an array of the output by this name.
     with_pictures : bool
         Draw the mesh before and after, where there is what draws it.
     """
@@ -89,7 +98,15 @@ class FileTask:
     no_data: bool = False
     write_quality: bool = False
     all_measures: bool = False
+    metric: Asked | None = None
+    metric_out: str | None = None
     with_pictures: bool = False
+
+    @property
+    def metric_path(self) -> Path | None:
+        """The file that the metric goes to, if it is one."""
+        named = Path(self.metric_out or "")
+        return named if is_sol(named) else None
 
 
 @dataclass(frozen=True)
@@ -138,10 +155,15 @@ def optimize_file(
         See `optimize`.
     """
     # What is wrong with the request is said before the mesh is read.
-    asked = plan_for(task.request)
+    request = _request_of(task)
+    asked = _plan(request, task)
     _require_use(task.policy, asked.pipeline)
-    allowed = _allowed(task.request, asked.allow)
+    allowed = _allowed(request, asked.allow)
     require_writable(task.output)
+    if task.metric_out is not None and task.metric is None:
+        raise ConfigError("--metric-out is of no use without --metric or --size")
+    if task.metric_path is not None:
+        require_writable(task.metric_path)
     clock = [time.perf_counter()]
     mesh, source = formats.read(task.input, task.input_format, task.max_size)
     mesh, stale = without_quality(mesh)
@@ -156,28 +178,44 @@ def optimize_file(
             require_known_cells(mesh)
             mesh = with_asked_regions(task.input, mesh, task.regions)
         kind = kind_of(mesh)
-        plan = plan_for(task.request, mesh.dimension(), kind)
+        if task.metric is not None and kind != SIMPLICES:
+            raise UnsupportedMeshError(
+                f"{task.input}: a metric drives meshes of triangles or of tetrahedra alone; "
+                "meshopt report judges any mesh by one"
+            )
+        plan = _plan(request, task, mesh.dimension(), kind)
         encoding = formats.encoding_for(task.output, source.encoding, task.file_format, task.binary)
         clock.append(time.perf_counter())
         if prepare is not None:
             prepare(plan.kernels())
         with naming(task.input):
-            result = _work_for(kind)(
-                mesh,
-                plan.pipeline,
-                plan.measure,
-                observer,
-                task.all_measures or plan.all_measures,
-                not task.no_data,
-                task.policy,
-                allowed,
+            work = partial(
+                _work_for(kind),
+                measure=plan.measure,
+                observer=observer,
+                with_all_measures=task.all_measures or plan.all_measures,
+                with_data=not task.no_data,
+                policy=task.policy,
+                allowed=allowed,
             )
+            if task.metric is None:
+                result, metric = work(mesh, plan.pipeline), None
+            else:
+                from .optimize_metric import optimize_in_metric  # seldom needed
+
+                driven = optimize_in_metric(
+                    mesh, source, task.metric, plan.pipeline, plan.measure,
+                    lambda one, pipeline, of: work(one, pipeline, background_of=of), task.max_size,
+                )  # fmt: skip
+                result, metric = driven.result, driven.metric
     except InvalidMeshError as error:
         verdict = verdict_on(task.input, source, error.mesh, error.report, EXIT_BAD_MESH)
         raise InvalidFileError(str(error), verdict) from error
     clock.append(time.perf_counter())
     is_bad = task.fail_above is not None and result.after.worst > task.fail_above
     worked = with_quality(result.mesh, plan.measure) if task.write_quality else result.mesh
+    if metric is not None and task.metric_out is not None and not is_bad:
+        worked = with_metric(worked, metric, task.metric_out, encoding.format)
     written = None if is_bad else formats.write(task.output, worked, encoding)
     if not plan.pipeline.repairs:  # else there may be other cells than in the file
         result = replace(result, before=naming_cells(result.before, source, mesh))
@@ -190,6 +228,25 @@ def optimize_file(
     if task.with_pictures:
         report = illustrated(report, [mesh, result.mesh])
     return FileResult(result, report, written)
+
+
+def _request_of(task: FileTask) -> Request:
+    """The request of a task: with a metric, a preset of its own unless another is named."""
+    request = task.request
+    named = (request.preset, request.passes, request.config)
+    if task.metric is not None and named == (None, None, None):
+        return replace(request, preset=ADAPT)
+    return request
+
+
+def _plan(request: Request, task: FileTask, dimension: int = 3, kind: str = SIMPLICES) -> Plan:
+    plan = plan_for(request, dimension, kind)
+    for step in plan.pipeline.passes():
+        if task.metric is None and step.needs_metric:
+            raise ConfigError(f"the pass {step.name} needs a metric: add --metric or --size")
+        if task.metric is not None and not step.takes_metric:
+            raise ConfigError(f"the pass {step.name} knows no metric: leave one of them out")
+    return plan
 
 
 def kind_of(mesh: Mesh) -> str:

@@ -167,6 +167,8 @@ def report_of(
         result.regions,
         source.lost + result.lost + (() if written is None else written.lost),
         left_out=result.left_out,
+        metric=result.in_metric and result.in_metric[0],
+        metric_after=result.in_metric and result.in_metric[1],
     )
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from ..compiled.decorators import inlined
+from .metric import Upper, across, mapped
 from .types import SimplexMesh
-from .vectors import ZERO, Vec, along, dot
+from .vectors import ZERO, Vec, along, dot, norm
 
 
 class Guide(NamedTuple):
@@ -37,3 +38,13 @@ def guide_of(mesh: SimplexMesh, vertex: int) -> Guide:
         return FREE
     g = mesh.guide
     return Guide(g[vertex, 0], Vec(g[vertex, 1], g[vertex, 2], g[vertex, 3]))
+
+
+@inlined
+def guide_in(guide: Guide, t: Upper) -> Guide:
+    """The guide as a map to the usual space sees it."""
+    if guide.kind == 0.0:
+        return guide
+    d = mapped(t, guide.direction) if guide.kind == 1.0 else across(t, guide.direction)
+    size = norm(d)
+    return Guide(guide.kind, Vec(d.x / size, d.y / size, d.z / size))

@@ -60,8 +60,8 @@ J_ALIVE = 10
 
 
 # What the rows of a mesh are: simplices as they are, the simplices at the corners of solids, each
-# next to that of the ideal cell, or triangles and quads of the plane.
-SIMPLICES, CORNERS, FACES = range(3)
+# next to that of the ideal cell, triangles and quads of the plane, or simplices in a metric.
+SIMPLICES, CORNERS, FACES, MAPPED = range(4)
 
 
 class Judge(NamedTuple):
@@ -70,7 +70,9 @@ class Judge(NamedTuple):
     code: int  # of a measure, see `shape.simplex`
     lenience: float  # from 1 on: dihedral angles bound the q of a tet as well, which counts so
     # many times; 0: they do not
-    form: int = 0  # of what is judged: SIMPLICES, CORNERS or FACES
+    form: int = 0  # of what is judged: SIMPLICES, CORNERS, FACES or MAPPED
+    size: float = 0.0  # in a metric, q is multiplied by the share of the content of a cell in that
+    # of the unit cell, or the other way round, to this power
 
 
 class SimplexMesh(NamedTuple):
@@ -80,7 +82,8 @@ class SimplexMesh(NamedTuple):
     boundary of the cells on either side.
     """
 
-    points: np.ndarray  # (np, 3) float64; np counts the rows kept free for new vertices
+    points: np.ndarray  # (np, 3) float64; np counts the rows kept free for new vertices; where
+    # there is a metric (np, 9), with that of each: see `metric`
     cells: np.ndarray  # (capacity, d + 1) int64, positive order
     neighbours: np.ndarray  # (capacity, d + 1) int64: handle of the facet beyond, or a border:
     # see `handles`
@@ -159,7 +162,7 @@ class Scratch(NamedTuple):
     facets: np.ndarray  # (4 * MAX_CREATED, 4) int64 facets waiting for their other side
     values: np.ndarray  # (MAX_BALL,) float64
     gradients: np.ndarray  # (MAX_BALL, 3) float64
-    star: np.ndarray  # (13, MAX_BALL + 8) float64 vertices of the facets of a ball: see `star`
+    star: np.ndarray  # (19, MAX_BALL + 8) float64 vertices of the facets of a ball: see `star`
     cell_mark: np.ndarray  # (capacity,) int64
     vertex_mark: np.ndarray  # (np,) int64
     stamp: np.ndarray  # (1,) int64: marks equal to it are set

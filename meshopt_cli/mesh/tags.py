@@ -27,6 +27,7 @@ _PARTS = {"vtkghosttype", "vtkghostlevels", "vtkprocessid", "processid", "proces
 _PARTS |= {"partitionid", "partitionids", "vtkpartitionid", "vtkpartitionids"}
 # What this program says of cells begins so, and makes no regions of them.
 OWN = "meshopt:"
+METRIC = f"{OWN}metric"  # on points, while a metric drives the work
 # Vectors at some of the vertices.
 NORMAL, TANGENT = "medit:normal", "medit:tangent"
 # Any other array of whole numbers does so when it has few values.

@@ -105,6 +105,12 @@ def matrices(values: Array) -> Array:
     return result
 
 
+def exponential(logarithms: Array) -> Array:
+    """Components of tensors from those of their logarithms."""
+    values, axes = np.linalg.eigh(matrices(logarithms))
+    return components((axes * np.exp(values)[:, None, :]) @ axes.transpose(0, 2, 1))
+
+
 def components(of: Array) -> Array:
     """The components of symmetric matrices, (n, 3) or (n, 6)."""
     k = 3 if of.shape[1] == 2 else 6
@@ -171,6 +177,22 @@ def from_array(
         source = f"{source} ({told})"
     table[~used] = components(np.eye(3 if table.shape[1] == 6 else 2)[None])
     return Metric(np.ascontiguousarray(table), source)
+
+
+def in_order(metric: Metric, order: str) -> Array:
+    """The values of a metric as an array for a file: `from_array` takes them back.
+
+    Parameters
+    ----------
+    order : str
+        A key of `ORDERS`.
+    """
+    if metric.is_isotropic:
+        return metric.values[:, 0]
+    _, places = ORDERS[order][metric.values.shape[1]]
+    result = np.empty_like(metric.values)
+    result[:, places] = metric.values
+    return result
 
 
 def require_definite(

@@ -7,6 +7,7 @@ from dataclasses import fields
 from .base import Operator, Pass
 from .check import Check
 from .collapse import Collapse
+from .fit import Fit
 from .mend import Mend
 from .nonobtuse import NonObtuse
 from .odt import Odt
@@ -27,6 +28,7 @@ PASSES: dict[str, type[Pass]] = {
         Smooth,
         Swap,
         Collapse,
+        Fit,
         Relax,
         Odt,
         NonObtuse,

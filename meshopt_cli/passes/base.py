@@ -82,6 +82,8 @@ class Pass:
     kernels: ClassVar[tuple[str, ...]] = ()  # groups that its sweeps may call
     mends_tangles: ClassVar[bool] = False
     splits_boundary: ClassVar[bool] = False  # where `--boundary split` lets it
+    needs_metric: ClassVar[bool] = False
+    takes_metric: ClassVar[bool] = True  # or whether angles have no meaning for it but their own
     works_on: ClassVar[tuple[str, ...]] = (SIMPLICES,)  # kinds of working meshes
 
     def __post_init__(self) -> None:

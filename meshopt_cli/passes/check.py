@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import BadMeshError, InvariantError
 from ..kernels.audit import NOT_IN_BALL, NOT_MUTUAL, NOT_POSITIVE, NOT_SHARED, WHOLE, audit
-from ..kernels.shape.simplex import measure_cells
+from ..kernels.judge import measure_cells
 from ..work.kinds import CELLS, FACES, SIMPLICES
 from ..work.session import Workspace
 from .base import Pass, option

@@ -39,6 +39,7 @@ class NonObtuse(Pass):
 
     name: ClassVar[str] = "nonobtuse"
     splits_boundary: ClassVar[bool] = True
+    takes_metric: ClassVar[bool] = False
     summary: ClassVar[str] = (
         "makes obtuse triangles of the plane acute or right, at the expense of the mean Q, not of "
         "the worst, with vertices on the boundary where --boundary split lets it; leaves "

@@ -172,3 +172,4 @@ class Run:
                 work.grow()
             self.observer.advanced(len(chunk))
             self.budget.check()
+        work.renew()

@@ -99,7 +99,7 @@ def smooth_all(work: Work, run: Run) -> None:
     are not.
     """
     run.budget.check()
-    points, before = work.mesh.points.copy(), work.standing()
+    points, before = work.places, work.standing()
     goal = work.smoothed(lambda: run.budget.is_spent)
     n_free = int(np.count_nonzero(~work.mesh.fixed))
     for _ in range(MOST_PULLS):

@@ -16,6 +16,7 @@ class Guard:
     to do by aims of their own, and then what all cells are worth (`Standing.cost`). Where the
     boundary holds the worst cell, much that is good for the others would else be given up for a
     worst q that hardly differs, or for a mean at the expense of which bad cells got better.
+    Where edges are fitted to a metric, what they lack decides.
     """
 
     def __init__(self, work: Work) -> None:
@@ -46,6 +47,8 @@ class Guard:
     def _prefers_best_to(self, now: Standing) -> bool:
         if self._worst <= 0.0:
             return self.best.is_better_than(now)
+        if self.best.lack != now.lack and now.worst > 0.0:
+            return self.best.lack < now.lack
         near = (1.0 - LIKE) * self._worst
         if now.worst < near or self.best.worst < near:
             return self.best.worst > now.worst

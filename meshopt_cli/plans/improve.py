@@ -14,6 +14,7 @@ from ..boundary.patches import Patches
 from ..kernels.types import Judge
 from ..mesh.cast import Simplices
 from ..passes import Observer
+from ..work.background import Background
 from ..work.bounds import Bounds
 from ..work.session import Workspace
 from .pipeline import Pipeline
@@ -51,6 +52,7 @@ def improve(
     splittable: np.ndarray | None = None,
     observer: Observer | None = None,
     bounds: Bounds | None = None,
+    background: Background | None = None,
 ) -> Worked:
     """Run a pipeline over simplices; these are left as they are.
 
@@ -71,7 +73,9 @@ def improve(
         An operator broke the mesh.
     """
     # No name holds the working mesh here: the run may go back to a copy, and let go of it.
-    outcome = pipeline.run(_workspace(part, judge, target, patches, splittable, bounds), observer)
+    outcome = pipeline.run(
+        _workspace(part, judge, target, patches, splittable, bounds, background), observer
+    )
     assert isinstance(outcome.work, Workspace)
     better, origin = outcome.work.result()
     return Worked(better, origin, tuple(outcome.lines), outcome.stopped)
@@ -84,8 +88,11 @@ def _workspace(
     patches: Patches | None,
     splittable: np.ndarray | None,
     bounds: Bounds | None,
+    background: Background | None,
 ) -> Workspace:
-    work = Workspace(part, judge, target, patches=patches, splittable=splittable)
+    work = Workspace(
+        part, judge, target, patches=patches, splittable=splittable, background=background
+    )
     if bounds is not None:
         work.bounds = bounds
     return work

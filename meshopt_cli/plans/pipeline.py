@@ -40,6 +40,11 @@ class Pipeline:
             yield from stage.passes()
 
     @property
+    def needs_metric(self) -> bool:
+        """Whether some pass of it fits edges to a metric."""
+        return any(step.needs_metric for step in self.passes())
+
+    @property
     def mends_tangles(self) -> bool:
         """Whether it may be given a mesh with inverted cells."""
         return any(step.mends_tangles for step in self.passes())
@@ -64,7 +69,8 @@ class Pipeline:
         InvariantError
             An operator broke the mesh.
         """
-        work.aim_at(tuple(step.left for step in dict.fromkeys(self.passes())))
+        steps = tuple(dict.fromkeys(self.passes()))
+        work.aim_at(tuple(step.left for step in steps), self.needs_metric)
         outcome = Outcome(work, observer or SILENT, Budget.of(self.time_limit))
         untouched, before = work.copy(), work.standing()
         del work  # held by the outcome, until that goes back to a copy

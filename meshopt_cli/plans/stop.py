@@ -57,10 +57,12 @@ class Stop:
 def gain(before: Standing, after: Standing) -> float:
     """The largest of what the worst Q, the mean Q, its tail and what is left to do lost.
 
-    Each as a part of itself.
+    Each as a part of itself. Where edges are fitted to a metric, what they lack counts alone.
     """
     if after.worst <= 0.0 or before.worst <= 0.0:
         return float("inf") if after.worst > before.worst else 0.0
+    if before.lack or after.lack:
+        return 1.0 - after.lack / before.lack if before.lack else 0.0
     return max(
         1.0 - before.worst / after.worst,
         1.0 - after.mean / before.mean,

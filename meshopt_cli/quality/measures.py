@@ -286,7 +286,7 @@ def cell_quality(points: Array, cells: Array, measure: Measure) -> Array:
     measure : Measure
         One that is compiled.
     """
-    from ..kernels.shape.simplex import measure_cells
+    from ..kernels.judge import measure_cells
 
     q = np.empty(len(cells))
     measure_cells(measure.judge, points, cells, q)

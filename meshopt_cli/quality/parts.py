@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..cells import FAMILIES, stretch_of
-from ..kernels.shape.simplex import measure_cells
+from ..kernels.judge import measure_cells
 from ..mesh.model import Array
 from ..mesh.sizes import area_vectors, contents, unfolded
 from . import quads

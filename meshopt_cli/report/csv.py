@@ -33,8 +33,10 @@ def to_csv(reports: list[Report]) -> str:
         values = _values(report.statistics, report.metric, asked, has_metric)
         later = _values(report.statistics_after, report.metric_after, asked, has_metric)
         for name, s in named_rows(report):
-            is_later = report.is_comparison and name.endswith("after")
-            facts = report.output if is_later and report.output is not None else report.input
+            is_later = name.endswith("after")
+            facts = report.input
+            if is_later and report.is_comparison and report.output is not None:
+                facts = report.output
             figures = [s.target, s.worst, s.n_cells, s.n_points, s.mean, s.angle_min, s.angle_max]
             own = later if is_later else values
             writer.writerow([shown(facts.path), name, *s.counts, *figures, *own])

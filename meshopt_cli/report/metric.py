@@ -25,10 +25,10 @@ CSV_HEADINGS = ("tau", "tau inner", "unit edges", "unit edges inner", "length le
 
 
 def metrics(report: Report) -> list[tuple[str, MetricSummary]]:
-    """What is told of the mesh in a metric, or of two that are compared, with their names."""
+    """What is told of the mesh in a metric, or of two, before and after, with their names."""
     found = [("before", report.metric), ("after", report.metric_after)]
     told = [(name, metric) for name, metric in found if metric is not None]
-    return told if report.is_comparison else [("", metric) for _, metric in told]
+    return told if len(told) > 1 else [("", metric) for _, metric in told]
 
 
 def length_rows(metric: MetricSummary) -> list[list[str]]:

@@ -106,7 +106,7 @@ class Report:
     command: str = ""  # the words that the program was called with, as a shell takes them
     metric: MetricSummary | None = None  # of a mesh that was judged by one
     statistics_after: tuple[Statistic, ...] = ()  # of the second of two meshes that are compared
-    metric_after: MetricSummary | None = None
+    metric_after: MetricSummary | None = None  # and of what was made of it
     pictures: Pictures | None = None  # where they are asked for
 
     @property

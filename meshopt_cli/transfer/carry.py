@@ -25,6 +25,7 @@ from ..mesh.tags import (
     DIM_TAGS,
     FLAGS,
     GEOMETRICAL,
+    METRIC,
     NORMAL,
     PARAMETRIC,
     REF,
@@ -55,7 +56,8 @@ def linear(cells: Array, weights: Array) -> tuple[Array, Array]:
 def tags_only(mesh: Mesh, regions: tuple[str, ...]) -> Mesh:
     """The mesh without any arrays but tags: those that make regions, and those of formats."""
     tags = {*TAG_NAMES, *FLAGS, *regions}
-    point_data = {n: values for n, values in mesh.point_data.items() if n in VERTEX_TAGS}
+    kept = {*VERTEX_TAGS, METRIC}
+    point_data = {n: values for n, values in mesh.point_data.items() if n in kept}
     blocks = [
         replace(block, data={n: values for n, values in block.data.items() if n in tags})
         for block in mesh.blocks

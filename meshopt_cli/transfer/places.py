@@ -11,7 +11,9 @@ from ..mesh.model import Array
 CELLS_PER_BOX = 4  # of the control grid, on the average
 
 
-def cells_at(before: Simplices, queries: Array, region: Array) -> tuple[Array, Array]:
+def cells_at(
+    before: Simplices, queries: Array, region: Array, grid: Grid | None = None
+) -> tuple[Array, Array]:
     """Find the cells of a mesh in which points lie.
 
     Parameters
@@ -20,6 +22,8 @@ def cells_at(before: Simplices, queries: Array, region: Array) -> tuple[Array, A
         In the plane of a planar mesh, as `Simplices.points` are.
     region : (n,) int64
         The region to look in for each.
+    grid : Grid, optional
+        What `control_grid` gives for the mesh, where it is asked more than once.
 
     Returns
     -------
@@ -32,7 +36,8 @@ def cells_at(before: Simplices, queries: Array, region: Array) -> tuple[Array, A
     weights = np.empty((len(queries), before.cells.shape[1]))
     if len(queries):
         locate(
-            before.points, before.cells, before.neighbours, before.region, control_grid(before),
+            before.points, before.cells, before.neighbours, before.region,
+            control_grid(before) if grid is None else grid,
             np.ascontiguousarray(queries), np.ascontiguousarray(region), found, weights,
         )  # fmt: skip
     return found, weights

@@ -68,6 +68,14 @@ class CellWork:
         return int(self.mesh.state[CLOCK])
 
     @property
+    def places(self) -> Array:
+        """Where the vertices are, (np, 3); a copy."""
+        return self.mesh.points.copy()
+
+    def renew(self) -> None:
+        """Nothing here depends on where vertices are, but for what is measured at once."""
+
+    @property
     def n_cells(self) -> int:
         return len(self._first)
 
@@ -110,7 +118,7 @@ class CellWork:
         self.mesh = self.mesh._replace(judge=_formed(judge, self.dimension))
         measure_rows(self.mesh, self.scratch, self.mesh.quality)
 
-    def aim_at(self, aims: tuple[Callable[[Any], int], ...]) -> None:
+    def aim_at(self, aims: tuple[Callable[[Any], int], ...], fits: bool = False) -> None:
         """Passes that have an aim of their own are for simplices: nothing is left to do."""
 
     def require_fresh(self) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -12,13 +11,14 @@ from ..boundary.patches import Patches
 from ..cells import FAMILIES
 from ..cells import SIMPLICES as SIMPLEX_NAMES
 from ..handles import OUTER
+from ..kernels.judge import measure_cells
 from ..kernels.operators.relocate import sweep_relocation
-from ..kernels.shape.simplex import measure_cells
-from ..kernels.types import CLOCK, EDITION, N_CELLS, N_FREE, N_POINTS, Judge
+from ..kernels.types import CLOCK, EDITION, MAPPED, N_CELLS, N_FREE, N_POINTS, Judge
 from ..mesh import adjacency
 from ..mesh.cast import Simplices
 from ..mesh.order import hilbert
 from . import storage, visits
+from .background import Background, take_anew
 from .bounds import Bounds
 from .kinds import SIMPLICES
 from .standing import Standing, standing_of
@@ -60,6 +60,8 @@ class Workspace:
     in_order : bool
         Whether vertices and cells keep the rows they have in the source, rather than
         stand near each other in memory where they are near in space.
+    background : Background, optional
+        The metric that edges have lengths in, and shapes where the form of the judge is MAPPED.
     """
 
     kind: ClassVar[str] = SIMPLICES
@@ -73,12 +75,17 @@ class Workspace:
         in_order: bool = False,
         patches: Patches | None = None,
         splittable: Array | None = None,
+        background: Background | None = None,
     ) -> None:
         n_points = len(source.points)
         self._source = source
         # Row i of the work is point `_origin[i]` of the source.
         self._origin = np.arange(n_points) if in_order else hilbert(source.points)
-        self.mesh = storage.simplex_mesh(source, judge, self._origin, in_order, patches)
+        self._background = background
+        metric = None if background is None else background.at_points
+        self.mesh = storage.simplex_mesh(source, judge, self._origin, in_order, patches, metric)
+        # Where the metric of each vertex was taken; replaced, never written into.
+        self._taken = None if background is None else self.mesh.points[:, :3].copy()
         self.scratch = storage.new_scratch(self.mesh)
         number = inverse(self._origin)
         # Facets that the file declares, and edges that may be split, by rows; not written into.
@@ -90,6 +97,7 @@ class Workspace:
         # By the edition of the mesh and the judge; replaced, never written into.
         self._standings: dict[tuple[int, Judge], Standing] = {}
         self._aims: tuple[Callable[[Workspace], int], ...] = ()
+        self._fits = False
         self.came_tangled = self.standing().worst <= 0.0
 
     # What is there -------------------------------------------------------------------
@@ -122,6 +130,16 @@ class Workspace:
     def n_input_points(self) -> int:
         """Number of points the mesh came with."""
         return len(self._source.points)
+
+    @property
+    def places(self) -> Array:
+        """Where the vertices are, (np, 3); a copy."""
+        return self.mesh.points[:, :3].copy()
+
+    @property
+    def has_metric(self) -> bool:
+        """Whether a metric judges it."""
+        return self._background is not None
 
     def living(self) -> Array:
         """Rows of the living cells, ascending."""
@@ -173,9 +191,16 @@ class Workspace:
         """How good the mesh is, by the judge of the run."""
         return self._standing_by(self.judge)
 
-    def aim_at(self, aims: tuple[Callable[[Workspace], int], ...]) -> None:
-        """Let other aims than quality count: each tells how much there is left to do for it."""
+    def aim_at(self, aims: tuple[Callable[[Workspace], int], ...], fits: bool = False) -> None:
+        """Let other aims than quality count: each tells how much there is left to do for it.
+
+        Parameters
+        ----------
+        fits : bool
+            Whether edges are to have length 1 in the metric, and this comes first.
+        """
         self._aims = aims
+        self._fits = fits and self.has_metric
         self._standings = {}
 
     def _standing_by(self, judge: Judge) -> Standing:
@@ -186,8 +211,20 @@ class Workspace:
             q = self.quality(self.living()) if steers else self._measured(judge)
             left = sum(aim(self) for aim in self._aims)
             others = {key: at for key, at in self._standings.items() if key[0] == edition}
-            self._standings = {**others, (edition, judge): standing_of(q, left)}
+            lack = float(self.lengths()[2].mean()) if self._fits else 0.0
+            self._standings = {**others, (edition, judge): standing_of(q, left, lack)}
         return self._standings[edition, judge]
+
+    def lengths(self) -> Array:
+        """Of each living cell the shortest and the longest edge, and what they lack: (3, n).
+
+        That is the mean of (1 - e)² of (18.12) over its edges.
+        """
+        from ..kernels.operators.edges import extreme_lengths  # of a metric only
+
+        found = np.zeros((3, len(self.mesh.cells)))
+        extreme_lengths(self.mesh, found[0], found[1], found[2])
+        return found[:, self.living()]
 
     @property
     def worst_of_all(self) -> float:
@@ -270,18 +307,35 @@ class Workspace:
         regular = FAMILIES[SIMPLEX_NAMES[self.dimension]].reference
         shapes = np.linalg.inv((regular[1:] - regular[0])[:, : self.dimension].T)[None]
         kinds = np.zeros(len(cells), np.int64)
-        found, _ = relocate_all(
-            self.mesh.points, cells, shapes, kinds, self.mesh.fixed, is_over=is_over
-        )
+        found, _ = relocate_all(self.places, cells, shapes, kinds, self.mesh.fixed, is_over=is_over)
         return found
 
     def move(self, points: Array) -> None:
         """Put all vertices where they are to be, (np, 3)."""
         self.next_sweep()
-        self.mesh.vertex_clock[np.any(points != self.mesh.points, axis=1)] = self.clock
-        self.mesh.points[:] = points
+        places = self.mesh.points[:, :3]
+        self.mesh.vertex_clock[np.any(points != places, axis=1)] = self.clock
+        places[:] = points
         self.mesh.state[EDITION] += 1
         self.mesh.quality[self.living()] = self._measured(self.mesh.judge)
+
+    def renew(self) -> None:
+        """Take the metric of vertices that moved, or are new, from the background."""
+        if self._background is None:
+            return
+        assert self._taken is not None
+        moved = take_anew(self.mesh, self._background, self._taken)
+        if not moved.any():
+            return
+        self._taken = self.places
+        if self.mesh.judge.form != MAPPED:  # lengths alone go by it
+            return
+        living = self.living()
+        cells = living[moved[self.corners(living)].any(axis=1)]
+        quality = np.empty(len(cells))
+        measure_cells(self.mesh.judge, self.mesh.points, self.corners(cells), quality)
+        self.mesh.quality[cells] = quality
+        self.mesh.state[EDITION] += 1
 
     def grow(self) -> None:
         """Make room for more cells."""
@@ -340,31 +394,4 @@ class Workspace:
             The point of the input that each point was, -1 for a new one. Points that no cell
             used stay.
         """
-        n_before = len(self._source.points)
-        unused = np.ones(len(self.mesh.points), dtype=bool)
-        unused[n_before:] = False
-        unused[inverse(self._origin)[self._source.cells]] = False
-        rows = np.flatnonzero(unused | (self.mesh.vertex_cell >= 0))
-        # The points of the input in their order, then the new ones.
-        origin = np.full(len(rows), -1)
-        origin[rows < n_before] = self._origin[rows[rows < n_before]]
-        order = np.argsort(np.where(origin < 0, n_before, origin), kind="stable")
-        rows, origin = rows[order], origin[order]
-        number = np.full(len(self.mesh.points), -1)
-        number[rows] = np.arange(len(rows))
-        # Cells in order of region, then of their first vertex: stable, and near in memory.
-        living = self.living()
-        cells, region = number[self.mesh.cells[living]], self.mesh.region[living]
-        order = np.lexsort((cells.min(axis=1), region))
-        cells, region = cells[order], region[order]
-        number_of = number[inverse(self._origin)]
-        worked = replace(
-            self._source,
-            points=self.mesh.points[rows],
-            cells=cells,
-            region=region,
-            fixed=self._source.fixed[origin] & (origin >= 0),
-            facets=number[self.facets],
-            edges=number_of[self._source.edges],
-        )
-        return worked, origin
+        return storage.simplices_of(self.mesh, self._source, self._origin, self.facets)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ..boundary.patches import Patches
 from ..handles import OUTER
-from ..kernels.shape.simplex import measure_cells
+from ..kernels.judge import measure_cells
 from ..kernels.types import (
     CLOCK,
     EDITION,
@@ -28,6 +29,7 @@ from ..kernels.types import (
 )
 from ..mesh import adjacency
 from ..mesh.cast import Simplices
+from .visits import living_cells
 
 Array = np.ndarray
 
@@ -50,7 +52,12 @@ def inverse(order: Array) -> Array:
 
 
 def simplex_mesh(
-    source: Simplices, judge: Judge, origin: Array, in_order: bool, patches: Patches | None
+    source: Simplices,
+    judge: Judge,
+    origin: Array,
+    in_order: bool,
+    patches: Patches | None,
+    metric: Array | None = None,
 ) -> SimplexMesh:
     """The cells of a mesh as the kernels see them.
 
@@ -62,6 +69,8 @@ def simplex_mesh(
         Whether the cells keep their rows, rather than stand by their first vertex.
     patches : Patches, optional
         What may move on the boundary; nothing without it.
+    metric : (np, 6) float64, optional
+        Of each point of the source: see `kernels.metric`.
     """
     number = inverse(origin)
     cells, beyond, region = _ordered_cells(source, number, in_order)
@@ -69,6 +78,8 @@ def simplex_mesh(
     capacity = capacity_for(n_cells)
     vertex_cell = _first_cells(cells, n_points)
     points = source.points[origin]
+    if metric is not None:
+        points = np.concatenate([points, metric[origin]], axis=1)
     quality = np.zeros(capacity)
     measure_cells(judge, points, cells, quality[:n_cells])
     return SimplexMesh(
@@ -214,7 +225,7 @@ def new_scratch(mesh: AnyMesh) -> Scratch:
         values=np.zeros(MAX_BALL),
         gradients=np.zeros((MAX_BALL, 3)),
         # Rows a power of two apart would share a few lines of the cache.
-        star=np.zeros((13, MAX_BALL + 8)),
+        star=np.zeros((19, MAX_BALL + 8)),
         cell_mark=np.zeros(capacity, dtype=np.int64),
         vertex_mark=np.zeros(n_points, dtype=np.int64),
         stamp=np.zeros(1, dtype=np.int64),
@@ -228,3 +239,45 @@ def new_scratch(mesh: AnyMesh) -> Scratch:
             state=np.zeros(9, dtype=np.int64),
         ),
     )
+
+
+def simplices_of(
+    mesh: SimplexMesh, source: Simplices, numbers: Array, facets: Array
+) -> tuple[Simplices, Array]:
+    """The mesh as it is now, without the vertices that vanished; see `Workspace.result`.
+
+    Parameters
+    ----------
+    numbers : (np,) int64
+        The point of the source that each row was.
+    facets : (n, d) int64
+        The declared facets, by rows.
+    """
+    n_before = len(source.points)
+    unused = np.ones(len(mesh.points), dtype=bool)
+    unused[n_before:] = False
+    unused[inverse(numbers)[source.cells]] = False
+    rows = np.flatnonzero(unused | (mesh.vertex_cell >= 0))
+    # The points of the input in their order, then the new ones.
+    origin = np.full(len(rows), -1)
+    origin[rows < n_before] = numbers[rows[rows < n_before]]
+    order = np.argsort(np.where(origin < 0, n_before, origin), kind="stable")
+    rows, origin = rows[order], origin[order]
+    number = np.full(len(mesh.points), -1)
+    number[rows] = np.arange(len(rows))
+    # Cells in order of region, then of their first vertex: stable, and near in memory.
+    living = living_cells(mesh)
+    cells, region = number[mesh.cells[living]], mesh.region[living]
+    order = np.lexsort((cells.min(axis=1), region))
+    cells, region = cells[order], region[order]
+    number_of = number[inverse(numbers)]
+    worked = replace(
+        source,
+        points=mesh.points[rows, :3],
+        cells=cells,
+        region=region,
+        fixed=source.fixed[origin] & (origin >= 0),
+        facets=number[facets],
+        edges=number_of[source.edges],
+    )
+    return worked, origin

@@ -21,6 +21,7 @@ from meshopt_cli.report.verdict import Verdict
 from support.broken import BROKEN
 from support.files import write
 from support.meshes import in_space, tri_grid
+from support.options import PLAIN
 from support.samples import ROOT
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -184,7 +185,7 @@ def test_text_comes_as_files_are_checked():
 # What a preset wants told --------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize("preset", PLAIN)
 def test_a_preset_is_measured_alike_wherever_it_is_named(tets, tmp_path, preset):
     path = tmp_path / "pipeline.toml"
     path.write_text(f'preset = "{preset}"\nrounds = 1\n')

@@ -7,12 +7,12 @@ import pytest
 
 from meshopt_cli import formats
 from meshopt_cli.formats import FORMATS, Encoding
-from meshopt_cli.plans.presets import PRESETS
 from support.files import worst_of, write
+from support.options import PLAIN
 from support.processes import outside
 
 
-@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize("preset", PLAIN)
 @pytest.mark.parametrize("name", ["tets", "triangles"])
 def test_the_same_bytes_twice(meshopt, request, tmp_path, name, preset):
     path = request.getfixturevalue(name)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from meshopt_cli.kernels.shape.simplex import measure_cells
+from meshopt_cli.kernels.judge import measure_cells
 from meshopt_cli.kernels.vectors import Vec
 from meshopt_cli.quality.measures import OF_SIMPLICES
 from support import drivers

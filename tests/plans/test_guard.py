@@ -13,8 +13,8 @@ from meshopt_cli.work.standing import Standing
 class At:
     """Work that stands as it is told to."""
 
-    def __init__(self, worst, mean, tail=9.0, left=0):
-        self.now = Standing(worst, mean, tail, left)
+    def __init__(self, worst, mean, tail=9.0, left=0, lack=0.0):
+        self.now = Standing(worst, mean, tail, left, lack)
 
     def standing(self):
         return self.now
@@ -27,6 +27,14 @@ def test_a_worst_cell_that_stays_does_not_count():
     """Others that get better are worth a worst q that hardly differs."""
     guard = Guard(At(0.1, 2.0))
     guard.note(better := At(0.1 * (1 - 0.5 * LIKE), 1.9))
+    assert guard.best == better.now
+
+
+def test_what_edges_lack_of_a_metric_comes_first():
+    guard = Guard(At(0.1, 2.0, lack=0.2))
+    guard.note(better := At(0.09, 2.1, lack=0.1))
+    assert guard.best == better.now
+    guard.note(At(0.2, 1.5, lack=0.15))
     assert guard.best == better.now
 
 

@@ -12,8 +12,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from meshopt_cli.errors import ConfigError
+from meshopt_cli.kernels.judge import measure_cells
 from meshopt_cli.kernels.shape.angles import ANGLE_Q, angle_range, angle_sums
-from meshopt_cli.kernels.shape.simplex import ASPECT_RATIO, measure_cells
+from meshopt_cli.kernels.shape.simplex import ASPECT_RATIO
 from meshopt_cli.kernels.types import Judge
 from meshopt_cli.quality.measures import OF_SIMPLICES, as_degradation, cell_quality, measure_named
 from meshopt_cli.work.standing import standing_of

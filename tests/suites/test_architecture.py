@@ -46,7 +46,7 @@ MAY = {
     "validity": {"cells", "elements", "errors", "kernels", "mesh", "quality"},
     "repair": {"cells", "elements", "errors", "mesh", "validity"},
     "boundary": {"cells", "errors", "mesh"},
-    "transfer": {"cells", "kernels", "mesh"},
+    "transfer": {"cells", "kernels", "mesh", "metric"},
     "work": {"boundary", "cells", "errors", "handles", "kernels", "mesh"},
     "warmup": {"cells", "compiled", "cores", "errors", "files", "kernels", "mesh", "work"},
     "passes": {"errors", "kernels", "mesh", "work"},

@@ -12,12 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from meshopt_cli.kernels import accept
+from meshopt_cli.kernels import accept, judge
 from meshopt_cli.kernels.operators.collapse import Collapsing
 from meshopt_cli.kernels.operators.odt import Pull
 from meshopt_cli.kernels.operators.relocate import Relocation
 from meshopt_cli.kernels.operators.swap import Swapping
-from meshopt_cli.kernels.shape import simplex
 from meshopt_cli.kernels.types import APPLIED, CLOCK
 from meshopt_cli.mesh import adjacency
 from meshopt_cli.passes.odt import densities
@@ -158,7 +157,7 @@ def measured(work, rows):
     """q of some cells, from their vertices."""
     q = np.empty(len(rows))
     cells = np.ascontiguousarray(work.mesh.cells[list(rows)])
-    simplex.measure_cells(work.mesh.judge, work.mesh.points, cells, q)
+    judge.measure_cells(work.mesh.judge, work.mesh.points, cells, q)
     return q
 
 

@@ -12,6 +12,8 @@ from meshopt_cli.plans.stages import Repeat
 
 DIMENSIONS = (2, 3)
 
+PLAIN = [name for name, preset in PRESETS.items() if not preset.needs_metric]
+
 every_preset = pytest.mark.parametrize("preset", PRESETS)
 every_dimension = pytest.mark.parametrize("dimension", DIMENSIONS)
 

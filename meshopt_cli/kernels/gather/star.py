@@ -11,6 +11,9 @@ instruction. In the general one the three edges from the point at p to the corne
 reference shape or a metric, changes c and t and nothing else. The corners are the c of t = -1, so
 that the general form is the plain one with three rows more.
 
+In a metric the map of each cell has rows of its own, and takes the edges to the usual space: it is
+that of the cell as it is, whose vertices keep their metrics while one of them looks for a place.
+
 Faces of the plane have a form of their own: the corners before, after and across from the point,
 and whether there is one across.
 """
@@ -23,7 +26,8 @@ import numpy as np
 
 from ...cells import TET_FACETS, TRI_FACETS
 from ...compiled.decorators import inlined, kernel
-from ..judge import q_of_edges
+from ..judge import q_mapped, q_of_edges
+from ..metric import Upper, after, map_of_row, mapped, unmapped
 from ..shape.faces import quad_quality
 from ..shape.ideal import tet_ideal_height, tet_ideal_point, tri_ideal_point
 from ..shape.simplex import (
@@ -34,11 +38,12 @@ from ..shape.simplex import (
     tri_aspect_ratio,
     tri_quality,
 )
-from ..types import CORNERS, FACES, SIMPLICES, AnyMesh, Judge, Scratch, SimplexMesh
-from ..vectors import Vec, cross, dot, norm, ratio
+from ..types import CORNERS, FACES, MAPPED, SIMPLICES, AnyMesh, Judge, Scratch, SimplexMesh
+from ..vectors import Vec, cross, dot, norm, ratio, square_distance
 
 FACTORS = 9  # the first of the three rows of `scratch.star` that hold t
 JACOBIAN = 12  # 1 / the scaled Jacobian of an ideal corner where it is to be judged by it, else 0
+MAP = 13  # the first of the six rows with the map of a cell to the usual space
 
 
 @inlined
@@ -64,6 +69,58 @@ def load_star(mesh: SimplexMesh, handles: np.ndarray, n: int, scratch: Scratch) 
         for k in range(width - 1):
             for i in range(n):
                 star[FACTORS + k, i] = -1.0
+    if mesh.judge.form == MAPPED:
+        for i in range(n):
+            set_map(star, i, map_of_row(mesh.points, mesh.cells, handles[i] >> 2))
+
+
+@inlined
+def set_map(star: np.ndarray, i: int, t: Upper) -> None:
+    """Note the map of cell i."""
+    star[MAP, i] = t.a
+    star[MAP + 1, i] = t.b
+    star[MAP + 2, i] = t.c
+    star[MAP + 3, i] = t.d
+    star[MAP + 4, i] = t.e
+    star[MAP + 5, i] = t.f
+
+
+@inlined
+def map_at(star: np.ndarray, i: int) -> Upper:
+    """The map of cell i."""
+    return Upper(
+        star[MAP, i], star[MAP + 1, i], star[MAP + 2, i], star[MAP + 3, i], star[MAP + 4, i],
+        star[MAP + 5, i],
+    )  # fmt: skip
+
+
+@kernel
+def straighten(mesh: SimplexMesh, n: int, scratch: Scratch) -> Upper:
+    """Take a star in a metric to where its first cell is measured plainly; returns the map.
+
+    There directions and distances count alike, and whoever looks for a place goes no longer way
+    than in a star without a metric.
+    """
+    star = scratch.star
+    t = map_at(star, 0)
+    for i in range(n):
+        set_map(star, i, after(map_at(star, i), t))
+        for k in range(mesh.cells.shape[1] - 1):
+            p = mapped(t, corner(star, k, i))
+            star[3 * k, i] = p.x
+            star[3 * k + 1, i] = p.y
+            star[3 * k + 2, i] = p.z
+    return t
+
+
+@kernel
+def longest_in_star(mesh: SimplexMesh, n: int, p: Vec, scratch: Scratch) -> float:
+    """Length of the longest edge from p to the corners of the star."""
+    longest = 0.0
+    for i in range(n):
+        for k in range(mesh.cells.shape[1] - 1):
+            longest = max(longest, square_distance(p, corner(scratch.star, k, i)))
+    return math.sqrt(longest)
 
 
 @inlined
@@ -91,6 +148,9 @@ def general_quality(mesh: AnyMesh, i: int, p: Vec, scratch: Scratch) -> float:
         return quad_quality(mesh.judge, p, following, corner(star, 2, i), last)
     # A triangle has no third edge: the row is there, and is not looked at.
     third = edge_to(star, 2, i, p)
+    if mesh.judge.form == MAPPED:
+        first, second = edge_to(star, 0, i, p), edge_to(star, 1, i, p)
+        return q_mapped(mesh.judge, width, map_at(star, i), first, second, third)
     if mesh.judge.form == CORNERS and star[JACOBIAN, i] > 0.0:
         # The second edge stands first.
         sine = sine_of(edge_to(star, 1, i, p), edge_to(star, 0, i, p), third)
@@ -167,7 +227,7 @@ def sum_of_star(n: int, scratch: Scratch) -> float:
 def star_heights(mesh: SimplexMesh, n: int, scratch: Scratch) -> None:
     """Put into `scratch.values` what `ideal_point` needs of each tet of the star."""
     star = scratch.star
-    if mesh.cells.shape[1] == 4:
+    if mesh.cells.shape[1] == 4 and mesh.judge.form != MAPPED:
         for i in range(n):
             scratch.values[i] = tet_ideal_height(
                 corner(star, 0, i), corner(star, 1, i), corner(star, 2, i)
@@ -178,8 +238,22 @@ def star_heights(mesh: SimplexMesh, n: int, scratch: Scratch) -> None:
 def ideal_point(mesh: SimplexMesh, i: int, scratch: Scratch) -> Vec:
     """The point that makes the best cell with facet i (18.24), after `star_heights`."""
     star = scratch.star
+    if mesh.judge.form == MAPPED:
+        return ideal_in_metric(mesh.cells.shape[1], i, star)
     if mesh.cells.shape[1] == 4:
         return tet_ideal_point(
             corner(star, 0, i), corner(star, 1, i), corner(star, 2, i), scratch.values[i]
         )
     return tri_ideal_point(corner(star, 0, i), corner(star, 1, i))
+
+
+@kernel
+def ideal_in_metric(width: int, i: int, star: np.ndarray) -> Vec:
+    """`ideal_point` in the metric of a cell: that of its image, taken back."""
+    t = map_at(star, i)
+    a = mapped(t, corner(star, 0, i))
+    b = mapped(t, corner(star, 1, i))
+    if width == 3:
+        return unmapped(t, tri_ideal_point(a, b))
+    c = mapped(t, corner(star, 2, i))
+    return unmapped(t, tet_ideal_point(a, b, c, tet_ideal_height(a, b, c)))

@@ -14,11 +14,21 @@ import numpy as np
 from ...compiled.decorators import kernel
 from ..accept import gained
 from ..gather.ball import gather_ball, longest_edge_at, touch, worst_of
-from ..gather.star import load_star, measure_star, star_quality
-from ..guide import Guide, guide_of, guided
+from ..gather.star import load_star, longest_in_star, measure_star, star_quality, straighten
+from ..guide import Guide, guide_in, guide_of, guided
 from ..journal import keep
 from ..judge import q_with
-from ..types import APPLIED, FIXED, NOT_BETTER, TOO_LARGE, AnyMesh, Scratch, SimplexMesh
+from ..metric import mapped, unmapped
+from ..types import (
+    APPLIED,
+    FIXED,
+    MAPPED,
+    NOT_BETTER,
+    TOO_LARGE,
+    AnyMesh,
+    Scratch,
+    SimplexMesh,
+)
 from ..vectors import Vec, along, at, dot, norm, rounded, set_point
 
 MAX_STEPS = 20
@@ -91,7 +101,24 @@ def climb(
         Worst q of the star at p, at least what it was.
     """
     load_star(mesh, handles, n, scratch)
+    if mesh.judge.form == MAPPED:
+        return climb_in_metric(mesh, n, p, guide, scratch)
     return climb_star(mesh, n, p, longest_edge_at(mesh, handles, n, p), guide, scratch)
+
+
+@kernel
+def climb_in_metric(
+    mesh: SimplexMesh, n: int, p: Vec, guide: Guide, scratch: Scratch
+) -> tuple[Vec, float]:
+    """The same of a star that is loaded, in a metric, where steps have lengths in it."""
+    t = straighten(mesh, n, scratch)
+    start = mapped(t, p)
+    size = longest_in_star(mesh, n, start, scratch)
+    q, worst = climb_star(mesh, n, start, size, guide_in(guide, t), scratch)
+    back = rounded(mesh, unmapped(t, q))
+    if mesh.single:
+        worst = measure_star(mesh, n, mapped(t, back), scratch)
+    return back, worst
 
 
 @kernel

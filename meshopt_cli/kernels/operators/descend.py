@@ -11,9 +11,10 @@ import numpy as np
 from ...compiled.decorators import inlined, kernel
 from ..accept import MEAN, mean_falls, threshold
 from ..gather.ball import longest_edge_at
-from ..gather.star import load_star, measure_star, sum_of_star
-from ..guide import Guide, guided
-from ..types import AnyMesh, Scratch, SimplexMesh
+from ..gather.star import load_star, longest_in_star, measure_star, straighten, sum_of_star
+from ..guide import Guide, guide_in, guided
+from ..metric import mapped, unmapped
+from ..types import MAPPED, AnyMesh, Scratch, SimplexMesh
 from ..vectors import Vec, along, norm, rounded
 
 MAX_STEPS = 3
@@ -60,8 +61,36 @@ def descend(
         Worst q of the star at p; `before` where p did not move.
     """
     load_star(mesh, handles, n, scratch)
+    if mesh.judge.form == MAPPED:
+        return descend_in_metric(mesh, n, p, guide, rule, floor, before, scratch)
     size = longest_edge_at(mesh, handles, n, p)
     return descend_star(mesh, n, p, size, guide, rule, floor, before, scratch)
+
+
+@kernel
+def descend_in_metric(
+    mesh: SimplexMesh,
+    n: int,
+    p: Vec,
+    guide: Guide,
+    rule: int,
+    floor: float,
+    before: float,
+    scratch: Scratch,
+) -> tuple[Vec, float]:
+    """The same of a star that is loaded, in a metric, where steps have lengths in it."""
+    t = straighten(mesh, n, scratch)
+    start = mapped(t, p)
+    size = longest_in_star(mesh, n, start, scratch)
+    q, worst = descend_star(mesh, n, start, size, guide_in(guide, t), rule, floor, before, scratch)
+    if q.x == start.x and q.y == start.y and q.z == start.z:
+        return p, before
+    back = rounded(mesh, unmapped(t, q))
+    if mesh.single:
+        worst = measure_star(mesh, n, mapped(t, back), scratch)
+        if worst <= threshold(rule, floor, before):
+            return p, before
+    return back, worst
 
 
 @kernel

@@ -22,6 +22,7 @@ from ..gather.shell import is_required
 from ..guide import FREE
 from ..journal import keep_vertex
 from ..judge import q_with
+from ..metric import set_mean
 from ..types import (
     APPLIED,
     FULL,
@@ -301,6 +302,8 @@ def apply_insertion(mesh: SimplexMesh, plan: Insertion, scratch: Scratch) -> int
     mesh.state[N_POINTS] += 1
     keep_vertex(mesh, vertex, scratch)
     set_point(mesh.points, vertex, plan.position)
+    if mesh.points.shape[1] > 3:
+        set_mean(mesh.points, vertex, mesh.cells, scratch.cavity[0])
     mesh.fixed[vertex] = False
     for i in range(plan.n_facets):
         cell = scratch.ball[i] >> 2

@@ -9,15 +9,12 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from ...compiled.decorators import entry, inlined, kernel
+from ...compiled.decorators import inlined, kernel
 from ..types import Judge
 from ..vectors import (
     SQRT3,
     Vec,
     along,
-    at,
     cross,
     distance,
     dot,
@@ -280,28 +277,3 @@ def tri_quality(judge: Judge, a: Vec, b: Vec, c: Vec) -> float:
     if judge.code == VOLUME_LENGTH:
         return ratio(area, BETA_2 * (dot(ab, ab) + dot(ac, ac) + dot(bc, bc)))
     return tri_other_quality(judge.code, a, b, c, area)
-
-
-# Many cells -----------------------------------------------------------------------------
-
-
-@entry(
-    group="basic",
-    example=lambda work: (work.mesh.judge, work.mesh.points, work.mesh.cells, work.mesh.quality),
-)
-def measure_cells(judge: Judge, points: np.ndarray, cells: np.ndarray, out: np.ndarray) -> None:
-    """q of each cell of an (n, 3) or (n, 4) array, written to `out`."""
-    if cells.shape[1] == 4:
-        for i in range(cells.shape[0]):
-            out[i] = tet_quality(
-                judge,
-                at(points, cells[i, 0]),
-                at(points, cells[i, 1]),
-                at(points, cells[i, 2]),
-                at(points, cells[i, 3]),
-            )
-    else:
-        for i in range(cells.shape[0]):
-            out[i] = tri_quality(
-                judge, at(points, cells[i, 0]), at(points, cells[i, 1]), at(points, cells[i, 2])
-            )

@@ -1,0 +1,81 @@
+"""fit: edges of length 1 in the metric: long ones are split, short ones collapsed (18.3)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ..kernels.operators.edges import (
+    Fitting,
+    sweep_long_edges,
+    sweep_short_edges,
+)
+from ..work.session import Workspace
+from .base import Operator, bad_enough, option
+from .run import Run
+
+UNLIMITED_LACK = -1.0
+
+
+@dataclass(frozen=True)
+class Fit(Operator):
+    """Split edges that are too long in the metric, and collapse those that are too short."""
+
+    name: ClassVar[str] = "fit"
+    summary: ClassVar[str] = (
+        "splits and collapses edges that are not of length 1 in the metric (18.3)"
+    )
+    kernels: ClassVar[tuple[str, ...]] = ("fit",)
+    needs_metric: ClassVar[bool] = True
+
+    worse_than: float = bad_enough(1.0, "cells whose Q is above")
+    accept: str = option(
+        "floor",
+        "what the worst Q of what changes may become: see other passes",
+        choices=("strict", "ratio", "floor", "valid"),
+    )
+    least_quality: float = option(
+        0.1, "least quality 1/Q, or part of the quality before, that `accept` allows",
+        least=0.0, most=1.0,
+    )  # fmt: skip
+    longest: float = option(
+        math.sqrt(2.0), "split edges that are longer, from 1 on; 0: none", least=0.0, most=1e6
+    )
+    shortest: float = option(
+        math.sqrt(0.5), "collapse edges that are shorter, up to 1; 0: none", least=0.0, most=1.0
+    )
+    slack: float = option(
+        1.0, "new edges of a split may have this part of `shortest`, and of a collapse `longest` "
+        "over it", least=0.0, most=1.0,
+    )  # fmt: skip
+    gains: str = option(
+        "no", "whether the efficiency index must rise with every change", choices=("no", "yes")
+    )
+    max_vertices: float = option(
+        100.0, "most vertices, over those of the input", least=1.0, most=1e6
+    )
+
+    def sweep(self, work: Workspace, run: Run) -> None:
+        if not work.has_metric:  # who calls for a run without one was told so
+            return
+        for long in (False, True):
+            limit = self.longest if long else self.shortest
+            if limit:
+                self._sweep(work, run, long, limit)
+
+    def _sweep(self, work: Workspace, run: Run, long: bool, limit: float) -> None:
+        shortest, longest, lack = work.lengths()
+        extreme = -longest if long else shortest
+        chosen = np.flatnonzero(extreme < (-limit if long else limit))
+        if not len(chosen):
+            return
+        order = self.ordered(work, work.living()[chosen], extreme[chosen])
+        work.next_sweep()
+        most = work.room_for_vertices(self.max_vertices, len(order)) if long else 0
+        mean = float(lack.mean()) if self.gains == "yes" else UNLIMITED_LACK
+        other = self.shortest * self.slack if long else self.longest / self.slack
+        how = Fitting(self.rule, self.least(work), limit, other, mean, most)
+        run.visit(work, order, sweep_long_edges if long else sweep_short_edges, how)
