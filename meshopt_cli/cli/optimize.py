@@ -88,6 +88,11 @@ compressed; - stands for stdin or stdout, and then the report goes to stderr.
     "slide-tolerance", metavar="X", default=1e-6, show_default=True,
     help="Sine of the angle within which facets lie in one plane, and edges in one line.",
 )  # fmt: skip
+@click.option(
+    "--keep-off", multiple=True, metavar="WHAT:DISTANCE",
+    help="Vertices are to be so far at least from a plane (x=0.5), an edge, a face, the boundary "
+         "or a group; see the README; repeatable.",
+)  # fmt: skip
 @click.option("--no-data", is_flag=True, help="Drop all arrays but tags.")
 @click.option(
     "--write-quality", is_flag=True,

@@ -12,6 +12,7 @@ import numpy as np
 
 from .. import validity
 from ..boundary.policy import Boundary, Fixed, Policy, Split
+from ..constraints.grammar import KeepOff
 from ..errors import ConfigError, InvariantError
 from ..kernels.types import MAPPED
 from ..mesh.cast import Simplices, cast, with_simplices
@@ -40,6 +41,7 @@ from .admission import (
 )
 from .curved import require_plane, to_be_kept, warn_of_curved
 from .regions import doubt_regions
+from .told import constraints_on, found_stray, prove_told, staying, warn_of_new
 
 log = logging.getLogger("meshopt")
 
@@ -149,6 +151,7 @@ def optimize(
     policy: Policy = Fixed(),  # noqa: B008 (a frozen value)
     allowed: tuple[str, ...] = (),
     background_of: BackgroundOf | None = None,
+    keep_offs: tuple[KeepOff, ...] = (),
 ) -> Result:
     """Optimize a mesh; the input is left as it is.
 
@@ -166,6 +169,8 @@ def optimize(
     background_of : function, optional
         Makes the metric that drives the work of what is worked on, the mesh that this was taken
         from, and the numbers, (np,), that its points have there.
+    keep_offs : tuple of KeepOff
+        What the vertices of the mesh keep off; new ones do not.
 
     Raises
     ------
@@ -179,19 +184,28 @@ def optimize(
     start = time.perf_counter()
     others = tuple(OF_SIMPLICES.values()) if with_all_measures else ()
     prepared = prepare(mesh, pipeline, measure, policy, others, allowed)
-    before, kept = prepared.before, None
+    before, kept, near = prepared.before, None, None
     judge, target = measure.judge, before.target
     while True:
+        told = constraints_on(prepared.mesh, prepared.part, keep_offs, near)
+        if told is not None and background_of is not None:
+            raise ConfigError("vertices that are told where to stay know no metric: leave one out")
         background = background_of and background_of(
             prepared.part, prepared.source, prepared.numbers
         )
         if background and not background.is_isotropic:  # sizes alone change no shape
             judge, target = judge._replace(form=MAPPED), 1.0
         worked = improve(
-            prepared.part, pipeline, judge, target, prepared.boundary.patches,
-            prepared.boundary.splittable, observer, background=background,
+            prepared.part, pipeline if told is None else pipeline.confined(), judge, target,
+            prepared.boundary.patches, prepared.boundary.splittable, observer,
+            background=background, constraints=told,
         )  # fmt: skip
         restored = restore(prepared, worked, with_data)
+        corners = restored.by_corners
+        stray = found_stray(prepared.mesh, corners, worked.origin, keep_offs, near)
+        if stray is not None:
+            near = stray
+            continue
         if prepared.second is None:
             break
         kept = to_be_kept(
@@ -199,7 +213,10 @@ def optimize(
         )  # fmt: skip
         if kept is None:
             break
-        prepared = _keeping(prepared, policy, kept)
+        prepared, near = _keeping(prepared, policy, kept), None
+    warn_of_new(prepared.mesh, corners, worked.origin, keep_offs)
+    stays = staying(prepared.part, prepared.boundary.patches)
+    prove_told(told, prepared.part, worked.part.points, worked.origin, stays)
     after = prove(prepared, worked, restored.by_corners, measure, others, background_of is not None)
     if with_all_measures:
         forced = forced_angles(prepared.part)

@@ -11,6 +11,8 @@ import numpy as np
 from .. import validity
 from ..boundary.policy import Fixed, Policy
 from ..cells import FAMILIES, SIMPLICES
+from ..constraints.grammar import KeepOff
+from ..constraints.model import Constraints
 from ..errors import ConfigError, InvariantError, UnsupportedMeshError
 from ..mesh.any_cells import AnyCells, cast_any, points_left, with_cells
 from ..mesh.cast import Simplices
@@ -40,6 +42,7 @@ from .admission import (
 )
 from .mending import mended
 from .optimize import MEETING, ROUNDING, Result
+from .told import constraints_on, in_work, prove_told
 
 log = logging.getLogger("meshopt")
 
@@ -80,6 +83,7 @@ def optimize_cells(
     with_data: bool = True,
     policy: Policy = Fixed(),  # noqa: B008 (a frozen value)
     allowed: tuple[str, ...] = (),
+    keep_offs: tuple[KeepOff, ...] = (),
 ) -> Result:
     """Optimize a mesh of quads, pyramids, wedges or hexahedra, alone or among simplices.
 
@@ -111,7 +115,12 @@ def optimize_cells(
         raise ConfigError(f"measure {measure.name} cannot steer {' and '.join(lacking)}")
     others = tuple(OF_SIMPLICES.values()) if with_all_measures else ()
     before = _summary(mesh, measure, others)
-    result, worked, outcome = _improved(admitted, part, pipeline, measure, observer, allowed)
+    everywhere = np.ones(len(part.points), dtype=bool)
+    told = constraints_on(mesh, part, keep_offs, everywhere)
+    if told is not None:
+        pipeline = pipeline.confined()
+    result, worked, outcome = _improved(admitted, part, pipeline, measure, observer, allowed, told)
+    prove_told(told, part, in_work(part, result.points), np.arange(len(part.points)), part.fixed)
     lost: tuple[str, ...] = ()
     if not with_data:
         result = tags_only(result, regions_in(mesh).arrays)
@@ -172,6 +181,7 @@ def _improved(
     measure: Measure,
     observer: Observer | None,
     allowed: tuple[str, ...],
+    told: Constraints | None,
 ) -> tuple[Mesh, AnyCells, Outcome]:
     """The mesh after the work, and the same as it was worked on.
 
@@ -186,7 +196,7 @@ def _improved(
     """
     mesh, tangle, held = admitted.mesh, admitted.tangle, part
     for _ in range(MOST_TRIES):
-        outcome = pipeline.run(work_on(held, measure.judge), observer)
+        outcome = pipeline.run(work_on(held, measure.judge, told), observer)
         if outcome.stopped == TANGLED:
             assert tangle is not None
             raise InvalidMeshError("it could not be untangled: nothing written", mesh, tangle)

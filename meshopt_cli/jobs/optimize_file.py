@@ -13,6 +13,7 @@ from pathlib import Path
 
 from .. import formats
 from ..boundary.policy import Fixed, Policy, Split
+from ..constraints.grammar import keep_offs
 from ..errors import EXIT_BAD_MESH, BadMeshError, ConfigError, UnsupportedMeshError, naming
 from ..files.places import require_writable
 from ..formats import PIPE, Written
@@ -83,6 +84,8 @@ class FileTask:
         an array of the output by this name.
     with_pictures : bool
         Draw the mesh before and after, where there is what draws it.
+    keep_off : tuple of str
+        What vertices keep off, as `constraints.grammar` has it.
     """
 
     input: Path
@@ -98,6 +101,7 @@ class FileTask:
     no_data: bool = False
     write_quality: bool = False
     all_measures: bool = False
+    keep_off: tuple[str, ...] = ()
     metric: Asked | None = None
     metric_out: str | None = None
     with_pictures: bool = False
@@ -159,6 +163,7 @@ def optimize_file(
     asked = _plan(request, task)
     _require_use(task.policy, asked.pipeline)
     allowed = _allowed(request, asked.allow)
+    off = keep_offs(task.keep_off)
     require_writable(task.output)
     if task.metric_out is not None and task.metric is None:
         raise ConfigError("--metric-out is of no use without --metric or --size")
@@ -197,6 +202,7 @@ def optimize_file(
                 with_data=not task.no_data,
                 policy=task.policy,
                 allowed=allowed,
+                keep_offs=off,
             )
             if task.metric is None:
                 result, metric = work(mesh, plan.pipeline), None

@@ -92,8 +92,10 @@ class SimplexMesh(NamedTuple):
     region: np.ndarray  # (capacity,) int64
     alive: np.ndarray  # (capacity,) bool
     fixed: np.ndarray  # (np,) bool: vertices that neither move nor vanish, those below apart
-    guide: np.ndarray  # (np, 4) float64: 1 for a fixed vertex that may move along a line, 2 for
-    # one that may in a plane, else 0; and the unit direction or normal
+    guide: np.ndarray  # (np, 6) float64, or none where nothing is guided: 1 for a fixed vertex that
+    # may move along a line, 2 for one that may in a plane, else 0, see `guide`; the unit direction
+    # or normal; first and stop of its rows of `limits`
+    limits: np.ndarray  # (n, 4) float64: unit normals and offsets of half-spaces `normal . x >= o`
     required: np.ndarray  # (k,) int64: sorted keys `a * np + b`, a < b, of internal edges to keep
     vertex_clock: np.ndarray  # (np,) int64: sweep of the last change in the ball
     free: np.ndarray  # (capacity,) int64: stack of dead cells
@@ -123,6 +125,8 @@ class CellMesh(NamedTuple):
     # that of its fourth vertex
     quality: np.ndarray  # (nr,) float64: q of each row
     fixed: np.ndarray  # (np,) bool
+    guide: np.ndarray  # as in SimplexMesh
+    limits: np.ndarray
     vertex_clock: np.ndarray  # (np,) int64: sweep of the last change around it
     state: np.ndarray  # (5,) int64: CLOCK and EDITION
     judge: Judge

@@ -15,7 +15,7 @@ from .model import Array, Block, Mesh, declared, top_blocks
 from .periodic import renumbered
 from .plane import Frame, plane_of, precision_of, with_depth
 from .sizes import contents
-from .tags import CORNER, REQUIRED, flagged, regions_of
+from .tags import REQUIRED, STAY, flagged, regions_of
 
 
 @dataclass
@@ -139,7 +139,7 @@ def _fix_declared(mesh: Mesh, fixed: Array) -> None:
             fixed[block.cells] = True
         if REQUIRED in block.data:
             fixed[block.cells[flagged(block.data[REQUIRED])]] = True
-    for name in (CORNER, REQUIRED):
+    for name in STAY:
         if name in mesh.point_data:
             fixed |= flagged(mesh.point_data[name])
     for link in mesh.periodic:

@@ -20,7 +20,7 @@ from .orientation import turned
 from .periodic import renumbered
 from .plane import Frame, plane_of, precision_of, with_depth
 from .sizes import contents
-from .tags import CORNER, GEOMETRICAL, REQUIRED, flagged, regions_of, tags_of
+from .tags import GEOMETRICAL, REQUIRED, STAY, flagged, regions_of, tags_of
 
 
 @dataclass
@@ -157,7 +157,7 @@ def cast(mesh: Mesh) -> Simplices:
     # A file that declares every vertex (as Mmg writes them) says nothing by it.
     if len(vertices) < np.count_nonzero(used):
         fixed[vertices] = True
-    for name in (CORNER, REQUIRED):
+    for name in STAY:
         if name in mesh.point_data:
             fixed |= flagged(mesh.point_data[name])
     required = [b.cells[flagged(b.data[REQUIRED])] for b in blocks if REQUIRED in b.data]

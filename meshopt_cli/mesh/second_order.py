@@ -18,7 +18,7 @@ from . import adjacency
 from .curved import Edges, curved_edges
 from .model import Array, Block, Mesh, declared, top_blocks
 from .periodic import renumbered
-from .tags import CORNER, REQUIRED, flagged
+from .tags import REQUIRED, STAY, flagged
 
 # Simplices of second order, by the type of first order: as a file calls them.
 OF_SECOND_ORDER = {"line": "line3", "triangle": "triangle6", "tetra": "tetra10"}
@@ -341,7 +341,7 @@ def _declared_nodes(mesh: Mesh) -> Array:
         used[block.cells] = True
     if nodes[used].all():  # a file that declares every node says nothing by it
         nodes[:] = False
-    return nodes | _flagged(mesh, CORNER) | _flagged(mesh, REQUIRED)
+    return np.logical_or.reduce([nodes, *(_flagged(mesh, name) for name in STAY)])
 
 
 def _added(linear: Mesh, edges: Array, facets: Array, frozen: Array | None) -> list[Block]:

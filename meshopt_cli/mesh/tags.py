@@ -28,6 +28,12 @@ _PARTS |= {"partitionid", "partitionids", "vtkpartitionid", "vtkpartitionids"}
 # What this program says of cells begins so, and makes no regions of them.
 OWN = "meshopt:"
 METRIC = f"{OWN}metric"  # on points, while a metric drives the work
+# By them a user tells vertices where to stay: at all, along a line, in a plane, and in a
+# half-space; a vector of zeros says nothing.
+HELD = f"{OWN}fixed"
+ALONG, WITHIN, LIMIT = TOLD = (f"{OWN}along", f"{OWN}within", f"{OWN}limit")
+# Flags of vertices that stay.
+STAY = (CORNER, REQUIRED, HELD)
 # Vectors at some of the vertices.
 NORMAL, TANGENT = "medit:normal", "medit:tangent"
 # Any other array of whole numbers does so when it has few values.

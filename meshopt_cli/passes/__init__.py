@@ -7,6 +7,7 @@ from dataclasses import fields
 from .base import Operator, Pass
 from .check import Check
 from .collapse import Collapse
+from .confine import Confine
 from .fit import Fit
 from .mend import Mend
 from .nonobtuse import NonObtuse
@@ -32,6 +33,7 @@ PASSES: dict[str, type[Pass]] = {
         Relax,
         Odt,
         NonObtuse,
+        Confine,
         Split,
         Mend,
     )

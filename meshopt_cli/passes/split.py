@@ -7,8 +7,12 @@ from typing import ClassVar
 
 import numpy as np
 
+from ..cells import SIMPLICES
 from ..kernels.operators.constrained import sweep_constrained
 from ..kernels.operators.insert import Splitting, sweep_split
+from ..mesh import adjacency
+from ..mesh.constrained import between_bound, constrained_edges, constrained_facets
+from ..mesh.facets import CellSet
 from ..work.session import Workspace
 from .base import Operator, bad_enough, option, urgency, urgent_q
 from .run import Run
@@ -44,8 +48,17 @@ class Split(Operator):
         least=0.0, most=1.0,
     )  # fmt: skip
 
+    worst: str = option(
+        "kept", "whether the worst Q of the mesh may rise for that (free): a run goes back then, "
+        "unless other passes lower it again", choices=("kept", "free"),
+    )  # fmt: skip
+
     def needed_kernels(self) -> tuple[str, ...]:
         return self.kernels if self.constrained else self.kernels[:1]
+
+    def left(self, work: Workspace) -> int:
+        """Number of entities that have all their vertices on the boundary, where they are split."""
+        return over_constrained(work) if self.constrained else 0
 
     def sweep(self, work: Workspace, run: Run) -> None:
         if self.constrained:
@@ -80,5 +93,21 @@ class Split(Operator):
             cells = cells[np.count_nonzero(on_boundary[work.corners(cells)], axis=1) >= 2]
             order = self.ordered(work, cells, work.quality(cells))
             work.next_sweep()
-            keep = self.constrained
-            run.visit(work, order, sweep_constrained, on_boundary, keep, max_points)
+            least = work.worst_of_all if self.worst == "kept" else 0.0
+            how = on_boundary, self.constrained, least, max_points
+            run.visit(work, order, sweep_constrained, *how)
+
+
+def over_constrained(work: Workspace) -> int:
+    """How many cells, and edges and faces inside, have all their vertices on the boundary."""
+    rows = work.living()
+    cells, beyond = work.corners(rows), work.mesh.neighbours[rows]
+    n_points, family = len(work.mesh.points), SIMPLICES[work.dimension]
+    on_boundary = work.facets_at() > 0
+    keys, _ = between_bound([CellSet(family, cells, rows)], on_boundary)
+    n = len(constrained_edges(keys, [adjacency.facets_at(cells, beyond < 0)], n_points))
+    n += int(np.count_nonzero(on_boundary[cells].all(axis=1)))
+    if work.dimension == 3:
+        inner = adjacency.facets_at(cells, beyond >= 0)  # each from both its cells
+        n += int(np.count_nonzero(constrained_facets(inner, on_boundary))) // 2
+    return n

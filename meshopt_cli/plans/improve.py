@@ -6,11 +6,14 @@ another process: this is what a part of a mesh is given to.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from ..boundary.patches import Patches
+from ..constraints.model import Constraints
 from ..kernels.types import Judge
 from ..mesh.cast import Simplices
 from ..passes import Observer
@@ -53,6 +56,7 @@ def improve(
     observer: Observer | None = None,
     bounds: Bounds | None = None,
     background: Background | None = None,
+    constraints: Constraints | None = None,
 ) -> Worked:
     """Run a pipeline over simplices; these are left as they are.
 
@@ -66,33 +70,27 @@ def improve(
         Edges of the boundary that may be split.
     bounds : Bounds, optional
         What the passes hold it against, where it is a part of a larger mesh; itself without.
+    constraints : Constraints, optional
+        What its vertices were told.
 
     Raises
     ------
     InvariantError
         An operator broke the mesh.
     """
+    work = partial(
+        Workspace, part, judge, target, patches=patches, splittable=splittable,
+        background=background, constraints=constraints,
+    )  # fmt: skip
     # No name holds the working mesh here: the run may go back to a copy, and let go of it.
-    outcome = pipeline.run(
-        _workspace(part, judge, target, patches, splittable, bounds, background), observer
-    )
+    outcome = pipeline.run(_bounded(work, bounds), observer)
     assert isinstance(outcome.work, Workspace)
     better, origin = outcome.work.result()
     return Worked(better, origin, tuple(outcome.lines), outcome.stopped)
 
 
-def _workspace(
-    part: Simplices,
-    judge: Judge,
-    target: float,
-    patches: Patches | None,
-    splittable: np.ndarray | None,
-    bounds: Bounds | None,
-    background: Background | None,
-) -> Workspace:
-    work = Workspace(
-        part, judge, target, patches=patches, splittable=splittable, background=background
-    )
+def _bounded(make: Callable[[], Workspace], bounds: Bounds | None) -> Workspace:
+    work = make()
     if bounds is not None:
         work.bounds = bounds
     return work

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 from ..passes import SILENT, Budget, Observer, OutOfTimeError, Pass, Work
 from ..passes.check import Check
+from ..passes.confine import Confine
 from ..passes.repair import Repair
-from .stages import Change, Outcome, Stage
+from .stages import Change, Outcome, Sequence, Stage
 from .stop import NOTHING_TO_GAIN, TANGLED, TIME_IS_UP, gain
 
 # A run that gains less than this part of the quality hands its input back untouched, so that
@@ -54,6 +55,11 @@ class Pipeline:
         repairs = tuple(step for step in map(change, self.repairs) if isinstance(step, Repair))
         stages = tuple(stage.mapped(change) for stage in self.stages)
         return replace(self, stages=stages, repairs=repairs)
+
+    def confined(self) -> Pipeline:
+        """The same pipeline for a mesh whose vertices were told where to stay."""
+        confine = Sequence((Confine(),))
+        return replace(self, stages=(confine, *self.stages, confine))
 
     def run(self, work: Work, observer: Observer | None = None) -> Outcome:
         """Optimize a mesh in place of a copy of it.

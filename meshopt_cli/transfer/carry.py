@@ -21,10 +21,13 @@ from ..mesh.cast import Simplices
 from ..mesh.model import Array, Block, Mesh, main_blocks, main_type, top_blocks
 from ..mesh.plane import with_depth
 from ..mesh.tags import (
+    ALONG,
     CORNER,
     DIM_TAGS,
     FLAGS,
     GEOMETRICAL,
+    HELD,
+    LIMIT,
     METRIC,
     NORMAL,
     PARAMETRIC,
@@ -32,6 +35,7 @@ from ..mesh.tags import (
     REQUIRED,
     TAG_NAMES,
     TANGENT,
+    WITHIN,
     is_identity,
     numbered,
     regions_of,
@@ -40,7 +44,7 @@ from .places import cells_at
 
 # What goes with the vertex, not with the place, and what a new vertex gets.
 VERTEX_TAGS = {REF: 0, DIM_TAGS: 0, CORNER: 0, REQUIRED: 0, NORMAL: np.nan, TANGENT: np.nan}
-VERTEX_TAGS[PARAMETRIC] = np.nan
+VERTEX_TAGS |= {PARAMETRIC: np.nan, HELD: 0, ALONG: 0, WITHIN: 0, LIMIT: 0}
 
 
 # Nodes of the input, and the share of each, that make the value in a place of a cell: from the

@@ -9,13 +9,14 @@ from typing import Any, Self
 import numpy as np
 
 from ..cells import FAMILIES, SIMPLICES, stretch_of
+from ..constraints.model import Constraints
 from ..errors import InvariantError
 from ..kernels.operators.place import measure_rows, sweep_places
 from ..kernels.types import CLOCK, CORNERS, EDITION, FACES, CellMesh, Judge
 from ..mesh.adjacency import distinct
 from ..mesh.any_cells import AnyCells
 from ..mesh.facets import CellSet
-from . import storage
+from . import storage, visits
 from .bounds import Bounds
 from .foldover import relocate_all
 from .kinds import CELLS
@@ -42,10 +43,12 @@ class CellWork:
     kind = CELLS  # tells it from `Workspace`
     relocation = staticmethod(sweep_places)
 
-    def __init__(self, source: AnyCells, judge: Judge) -> None:
+    def __init__(
+        self, source: AnyCells, judge: Judge, constraints: Constraints | None = None
+    ) -> None:
         self.source = source
         self.judge = _formed(judge, source.dimension)
-        self.mesh = mesh_of(source, self.judge)
+        self.mesh = mesh_of(source, self.judge, constraints)
         self.scratch = storage.new_scratch(self.mesh)
         # Rows of a cell follow each other.
         owner = self.mesh.owner
@@ -153,7 +156,8 @@ class CellWork:
         """Vertices free to move around which something changed after a sweep, with less q than
         `least`; and the worst q around each."""
         worst = self.vertex_quality()
-        wanted = (self.mesh.vertex_clock > since) & ~self.mesh.fixed & (worst < least)
+        free = visits.are_movable(self.mesh)
+        wanted = (self.mesh.vertex_clock > since) & free & (worst < least)
         vertices = np.flatnonzero(wanted)
         return vertices, worst[vertices]
 
@@ -172,18 +176,26 @@ class CellWork:
         return np.flatnonzero(self.cell_quality() < least)
 
     def movable(self, cells: Array) -> Array:
-        """Vertices of some cells that are not fixed, ascending."""
-        vertices = np.flatnonzero(self._vertices_of(cells))
-        return vertices[~self.mesh.fixed[vertices]]
+        """Vertices of some cells that may move, ascending."""
+        return np.flatnonzero(self._vertices_of(cells) & visits.are_movable(self.mesh))
+
+    def outside(self) -> Array:
+        """See `visits.vertices_outside`."""
+        return visits.vertices_outside(self.mesh)
 
     def rings_around(self, cells: Array, n_rings: int) -> Array:
         """Cells at most so many rings away from some cells."""
         for _ in range(n_rings):
-            near = self._vertices_of(cells)
-            rows = near[self.mesh.cells].any(axis=1)
-            rows |= (self.mesh.fourth >= 0) & near[self.mesh.fourth]
-            cells = distinct(self.mesh.owner[rows])
+            cells = self.cells_at(np.flatnonzero(self._vertices_of(cells)))
         return cells
+
+    def cells_at(self, vertices: Array) -> Array:
+        """Cells with one of some vertices."""
+        near = np.zeros(len(self.mesh.points), dtype=bool)
+        near[vertices] = True
+        rows = near[self.mesh.cells].any(axis=1)
+        rows |= (self.mesh.fourth >= 0) & near[self.mesh.fourth]
+        return distinct(self.mesh.owner[rows])
 
     def _vertices_of(self, cells: Array) -> Array:
         mask = np.zeros(self.n_cells, dtype=bool)
@@ -247,8 +259,10 @@ def _formed(judge: Judge, dimension: int) -> Judge:
     return judge._replace(form=FACES if dimension == 2 else CORNERS)
 
 
-def mesh_of(source: AnyCells, judge: Judge) -> CellMesh:
+def mesh_of(source: AnyCells, judge: Judge, constraints: Constraints | None = None) -> CellMesh:
     """The arrays of the kernels; the q of the rows are still to be measured."""
+    rows_of = np.arange(len(source.points))
+    fixed, guide, limits = storage.guides(source.fixed.copy(), rows_of, None, constraints)
     judge = _formed(judge, source.dimension)
     d = source.dimension
     parts = [_faces(group) if d == 2 else _corners(group) for group in source.cell_sets]
@@ -267,7 +281,9 @@ def mesh_of(source: AnyCells, judge: Judge) -> CellMesh:
         ball_start=start,
         ball=ball,
         quality=np.zeros(len(rows)),
-        fixed=source.fixed.copy(),
+        fixed=fixed,
+        guide=guide,
+        limits=limits,
         vertex_clock=np.ones(len(source.points), dtype=np.int64),
         state=np.array([0, 0, 1, 0, 0], dtype=np.int64),
         judge=judge,

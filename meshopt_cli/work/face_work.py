@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..constraints.model import Constraints
 from ..kernels.operators.place import measure_rows
 from ..kernels.types import EDITION, Judge
 from ..mesh import adjacency, degrees
@@ -32,8 +33,10 @@ class FaceWork(CellWork):
 
     kind = FACES
 
-    def __init__(self, source: AnyCells, judge: Judge) -> None:
-        super().__init__(source, judge)
+    def __init__(
+        self, source: AnyCells, judge: Judge, constraints: Constraints | None = None
+    ) -> None:
+        super().__init__(source, judge, constraints)
         self.numbers = distinct(np.concatenate([group.numbers for group in source.cell_sets]))
 
     def faces(self) -> Array:
@@ -152,6 +155,7 @@ class FaceWork(CellWork):
         return replace(self.source, points=self.mesh.points.copy(), cell_sets=sets)
 
 
-def work_on(source: AnyCells, judge: Judge) -> CellWork:
+def work_on(source: AnyCells, judge: Judge, told: Constraints | None = None) -> CellWork:
     """The working state of any cells."""
-    return FaceWork(source, judge) if source.dimension == 2 else CellWork(source, judge)
+    kind = FaceWork if source.dimension == 2 else CellWork
+    return kind(source, judge, told)

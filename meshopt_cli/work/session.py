@@ -10,6 +10,7 @@ import numpy as np
 from ..boundary.patches import Patches
 from ..cells import FAMILIES
 from ..cells import SIMPLICES as SIMPLEX_NAMES
+from ..constraints.model import Constraints
 from ..handles import OUTER
 from ..kernels.judge import measure_cells
 from ..kernels.operators.relocate import sweep_relocation
@@ -57,6 +58,8 @@ class Workspace:
         What may move on the boundary; nothing without it.
     splittable : (n, 2) int64, optional
         Edges of the boundary that may be split; none without it.
+    constraints : Constraints, optional
+        What vertices were told.
     in_order : bool
         Whether vertices and cells keep the rows they have in the source, rather than
         stand near each other in memory where they are near in space.
@@ -76,6 +79,7 @@ class Workspace:
         patches: Patches | None = None,
         splittable: Array | None = None,
         background: Background | None = None,
+        constraints: Constraints | None = None,
     ) -> None:
         n_points = len(source.points)
         self._source = source
@@ -83,7 +87,9 @@ class Workspace:
         self._origin = np.arange(n_points) if in_order else hilbert(source.points)
         self._background = background
         metric = None if background is None else background.at_points
-        self.mesh = storage.simplex_mesh(source, judge, self._origin, in_order, patches, metric)
+        self.mesh = storage.simplex_mesh(
+            source, judge, self._origin, in_order, patches, metric, constraints
+        )
         # Where the metric of each vertex was taken; replaced, never written into.
         self._taken = None if background is None else self.mesh.points[:, :3].copy()
         self.scratch = storage.new_scratch(self.mesh)
@@ -154,9 +160,13 @@ class Workspace:
         return self.mesh.quality[cells]
 
     def movable(self, cells: Array) -> Array:
-        """Vertices of some cells that are not fixed, ascending."""
+        """Vertices of some cells that may move, ascending."""
         vertices = adjacency.distinct(self.mesh.cells[cells])
-        return vertices[~self.mesh.fixed[vertices]]
+        return vertices[visits.are_movable(self.mesh)[vertices]]
+
+    def outside(self) -> Array:
+        """See `visits.vertices_outside`."""
+        return visits.vertices_outside(self.mesh)
 
     def degrees(self) -> Array:
         """Number of edges at each vertex, (np,) int64."""
@@ -284,6 +294,13 @@ class Workspace:
         """Living cells with less q than `least`."""
         living = self.living()
         return living[self.quality(living) < least]
+
+    def cells_at(self, vertices: Array) -> Array:
+        """Living cells with one of some vertices."""
+        mask = np.zeros(len(self.mesh.points), dtype=bool)
+        mask[vertices] = True
+        living = self.living()
+        return living[mask[self.corners(living)].any(axis=1)]
 
     def rings_around(self, cells: Array, n_rings: int) -> Array:
         """See `visits.rings_around`."""

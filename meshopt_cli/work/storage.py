@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..boundary.patches import Patches
+from ..constraints.model import Constraints
 from ..handles import OUTER
 from ..kernels.judge import measure_cells
 from ..kernels.types import (
@@ -58,6 +59,7 @@ def simplex_mesh(
     in_order: bool,
     patches: Patches | None,
     metric: Array | None = None,
+    constraints: Constraints | None = None,
 ) -> SimplexMesh:
     """The cells of a mesh as the kernels see them.
 
@@ -71,6 +73,8 @@ def simplex_mesh(
         What may move on the boundary; nothing without it.
     metric : (np, 6) float64, optional
         Of each point of the source: see `kernels.metric`.
+    constraints : Constraints, optional
+        What vertices were told.
     """
     number = inverse(origin)
     cells, beyond, region = _ordered_cells(source, number, in_order)
@@ -82,6 +86,8 @@ def simplex_mesh(
         points = np.concatenate([points, metric[origin]], axis=1)
     quality = np.zeros(capacity)
     measure_cells(judge, points, cells, quality[:n_cells])
+    fixed = _fixed(source, origin, number)
+    fixed, guide, limits = guides(fixed, origin, patches, constraints)
     return SimplexMesh(
         points=points,
         cells=_extended(cells, capacity, 0),
@@ -90,8 +96,9 @@ def simplex_mesh(
         quality=quality,
         region=_extended(region, capacity, 0),
         alive=_extended(np.ones(n_cells, dtype=bool), capacity, False),
-        fixed=_fixed(source, origin, number),
-        guide=np.zeros((n_points, 4)) if patches is None else patches.guide[origin],
+        fixed=fixed,
+        guide=guide,
+        limits=limits,
         required=_required(source, number, patches),
         vertex_clock=(vertex_cell >= 0).astype(np.int64),
         free=np.zeros(capacity, dtype=np.int64),
@@ -100,6 +107,26 @@ def simplex_mesh(
         slides=patches is not None,
         single=source.single,
     )
+
+
+def guides(
+    fixed: Array, origin: Array, patches: Patches | None, constraints: Constraints | None
+) -> tuple[Array, Array, Array]:
+    """Which vertices stay, what those move along that do so all the same, and their half-spaces.
+
+    Parameters
+    ----------
+    fixed : (np,) bool
+        Vertices that stay whatever else they are told.
+    """
+    sliding = None if patches is None else patches.guide[origin]
+    if constraints is not None:
+        told = constraints.of_rows(origin)
+        return fixed | told.told, told.guides(fixed, sliding), told.limits
+    guide = np.zeros((0 if sliding is None else len(fixed), 6))
+    if sliding is not None:
+        guide[:, :4] = sliding
+    return fixed, guide, np.zeros((0, 4))
 
 
 def _ordered_cells(source: Simplices, number: Array, in_order: bool) -> tuple[Array, Array, Array]:
@@ -145,7 +172,9 @@ def with_room_for_cells(mesh: SimplexMesh) -> SimplexMesh:
 def with_rows_for_points(mesh: SimplexMesh, n_points: int) -> SimplexMesh:
     """The mesh in arrays of the vertices with so many rows, which are more than now."""
     old = len(mesh.points)
-    fills = {"points": 0.0, "vertex_cell": -1, "fixed": True, "vertex_clock": 0, "guide": 0.0}
+    fills = {"points": 0.0, "vertex_cell": -1, "fixed": True, "vertex_clock": 0}
+    if len(mesh.guide):
+        fills["guide"] = 0.0
     larger: dict[str, Any] = {
         name: _extended(getattr(mesh, name), n_points, fill) for name, fill in fills.items()
     }
@@ -170,6 +199,8 @@ def with_triangles(
     fixed = np.zeros(n_points, dtype=bool)
     fixed[:n_kept] = mesh.fixed[:n_kept]
     fixed[adjacency.boundary_facets(cells, beyond)] = True
+    guide = np.zeros((n_points if len(mesh.guide) else 0, 6))
+    guide[:n_kept] = mesh.guide[:n_kept]
     quality = np.zeros(capacity)
     measure_cells(mesh.judge, points, cells, quality[:n_cells])
     state = mesh.state.copy()
@@ -185,7 +216,7 @@ def with_triangles(
         region=_extended(region, capacity, 0),
         alive=_extended(np.ones(n_cells, dtype=bool), capacity, False),
         fixed=fixed,
-        guide=np.zeros((n_points, 4)),
+        guide=guide,
         vertex_clock=np.full(n_points, state[CLOCK]),
         free=np.zeros(capacity, dtype=np.int64),
         state=state,

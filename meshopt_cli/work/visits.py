@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..constraints.model import noise_of, slacks
 from ..kernels.gather.ball import vertex_quality
-from ..kernels.types import N_CELLS, SimplexMesh
+from ..kernels.types import N_CELLS, CellMesh, SimplexMesh
+from ..mesh.adjacency import distinct
 
 Array = np.ndarray
 
@@ -13,6 +15,19 @@ Array = np.ndarray
 def living_cells(mesh: SimplexMesh) -> Array:
     """Rows of the living cells, ascending."""
     return np.flatnonzero(mesh.alive[: mesh.state[N_CELLS]])
+
+
+def are_movable(mesh: SimplexMesh | CellMesh) -> Array:
+    """Which vertices may move, (np,) bool: those that are not fixed, or only guided."""
+    return ~mesh.fixed | (mesh.guide[:, 0] > 0) if len(mesh.guide) else ~mesh.fixed
+
+
+def vertices_outside(mesh: SimplexMesh | CellMesh) -> Array:
+    """Vertices out of half-spaces that they are to stay in, by more than rounding, ascending."""
+    if not len(mesh.limits):
+        return np.empty(0, np.int64)
+    vertices, slack = slacks(mesh.points, mesh.guide, mesh.limits)
+    return distinct(vertices[slack < -2.0 * noise_of(mesh.points, mesh.single)])
 
 
 def changed_vertices(mesh: SimplexMesh, since: int, least: float) -> tuple[Array, Array]:
@@ -26,7 +41,7 @@ def changed_vertices(mesh: SimplexMesh, since: int, least: float) -> tuple[Array
     """
     worst = np.empty(len(mesh.points))
     vertex_quality(mesh, worst)
-    free = ~mesh.fixed | (mesh.guide[:, 0] > 0)
+    free = are_movable(mesh)
     wanted = (mesh.vertex_clock > since) & free & (worst < least)
     vertices = np.flatnonzero(wanted)
     return vertices, worst[vertices]

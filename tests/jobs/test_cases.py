@@ -75,8 +75,12 @@ def test_case(path, samples, tmp_path):
 def test_every_pass_has_a_case():
     text = "\n".join(path.read_text(encoding="utf-8") for path in CASES)
     for name, kind in PASSES.items():
-        # Neither makes cells better; and cases have no metric.
-        assert name in ("check", "repair") or kind.needs_metric or f'name = "{name}"' in text
+        # None of these makes cells better; and cases have no metric.
+        assert (
+            name in ("check", "repair", "confine")
+            or kind.needs_metric
+            or f'name = "{name}"' in text
+        )
 
 
 @pytest.mark.parametrize("sample", ["raw_ball.mesh", "quadtree.vtk", "plate.vtu", "grid.vtk"])

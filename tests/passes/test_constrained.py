@@ -8,6 +8,11 @@ from meshopt_cli import validity
 from meshopt_cli.mesh.cast import cast
 from meshopt_cli.mesh.model import Block, Mesh
 from meshopt_cli.passes import PASSES, Silent
+from meshopt_cli.passes.split import over_constrained
+from meshopt_cli.plans.pipeline import Pipeline
+from meshopt_cli.plans.stages import Repeat, Sequence
+from meshopt_cli.plans.stop import Stop
+from support.edits import shaken
 from support.invariants import assert_kept, workspace
 from support.meshes import hollow_icosahedron, spindle, tet_grid, tri_grid
 
@@ -35,8 +40,9 @@ def test_none_is_left(name):
     source = cast(PATCHES[name])
     assert constrained(source)
     work = workspace(source)
-    PASSES["split"](constrained=0.01, max_vertices=4.0).run(work, Silent())
+    PASSES["split"](constrained=0.01, max_vertices=4.0, worst="free").run(work, Silent())
     assert_kept(source, work)
+    assert over_constrained(work) == 0
     after, _ = work.result()
     assert not constrained(after)
     assert len(after.points) > len(source.points)
@@ -45,8 +51,20 @@ def test_none_is_left(name):
 def test_the_bound_on_vertices_holds():
     source = cast(tet_grid(2))
     work = workspace(source)
-    PASSES["split"](constrained=0.01, max_vertices=1.1).run(work, Silent())
+    PASSES["split"](constrained=0.01, max_vertices=1.1, worst="free").run(work, Silent())
     assert len(work.result()[0].points) <= 1.1 * len(source.points) + 1
+
+
+@pytest.mark.parametrize("make", [tri_grid, tet_grid])
+def test_a_run_has_fewer_and_no_worse_cells(make):
+    source = cast(shaken(make(4), 0.8, 5))
+    work = workspace(source)
+    before, n_before = work.standing(), over_constrained(work)
+    step = PASSES["split"](constrained=0.2, max_vertices=4.0, worse_than=1e6)
+    outcome = Pipeline("split", (Repeat(Sequence((step,)), Stop(rounds=1)),)).run(work)
+    assert_kept(source, outcome.work)
+    assert over_constrained(outcome.work) < 0.5 * n_before
+    assert outcome.work.standing().worst >= before.worst * (1 - 1e-9)
 
 
 def test_not_unless_it_is_asked_for():

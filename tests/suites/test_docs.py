@@ -1,5 +1,6 @@
 """What the README and the pre-commit hook say is what the code does."""
 
+import os
 import re
 import shlex
 import shutil
@@ -66,6 +67,18 @@ def test_the_configuration_works(tmp_path, monkeypatch, samples):
     lines = [line for line in example.splitlines() if "gate" not in line]
     (tmp_path / "meshopt.toml").write_text("\n".join(lines))
     assert status_of(["check", str(samples / "two_regions.msh")]) in (0, 1)
+
+
+def test_the_loop_that_adapts_runs(tmp_path, samples):
+    """The sample of solve, estimate, adapt: each turn has less error than the one before."""
+    script = samples / "adapt" / "adapt.py"
+    ran = subprocess.run(
+        [sys.executable, script, tmp_path / "out", "2"], capture_output=True, text=True, check=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    errors = [float(line.split()[-1]) for line in ran.stdout.splitlines()[1:]]
+    assert len(errors) == 3
+    assert errors[0] > 1.5 * errors[1] > 2.0 * errors[2]
 
 
 @pytest.mark.skipif(shutil.which("make") is None, reason="there is no make")

@@ -15,7 +15,7 @@ from ...compiled.decorators import kernel
 from ..accept import gained
 from ..gather.ball import gather_ball, longest_edge_at, touch, worst_of
 from ..gather.star import load_star, longest_in_star, measure_star, star_quality, straighten
-from ..guide import Guide, guide_in, guide_of, guided
+from ..guide import Guide, guide_in, guide_of, guided, held
 from ..journal import keep
 from ..judge import q_with
 from ..metric import mapped, unmapped
@@ -149,7 +149,7 @@ def climb_star(
             break
         moved = False
         while step > SHORTEST * size:
-            q = rounded(mesh, along(p, d, step / length))
+            q = held(mesh, guide, p, along(p, d, step / length))
             after = measure_star(mesh, n, q, scratch)
             if after > worst + STEP_GAIN * abs(worst):
                 # A longer stride may do better still.

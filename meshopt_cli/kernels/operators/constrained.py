@@ -161,6 +161,7 @@ def simulate_constrained_split(
     entity: int,
     on_boundary: np.ndarray,
     keep: float,
+    least: float,
     scratch: Scratch,
 ) -> Insertion:
     """Simulate a new vertex in one entity of a cell, if its vertices are all on the boundary.
@@ -172,6 +173,8 @@ def simulate_constrained_split(
     on_boundary : (np,) bool
     keep : float
         Least part of the worst q of the cells that their replacements must have.
+    least : float
+        And the q that none of these may be below, unless one of the cells was.
 
     Returns
     -------
@@ -188,7 +191,7 @@ def simulate_constrained_split(
     p, worst = climb(mesh, scratch.ball, n_facets, rounded(mesh, start), FREE, scratch)
     if worst <= 0.0:
         return Insertion(INVALID, n, n_facets, p, worst)
-    if worst < keep * before:
+    if worst < max(keep * before, min(before, least)):
         return Insertion(NOT_BETTER, n, n_facets, p, worst)
     if not has_room(mesh, n_facets):
         return Insertion(FULL, n, n_facets, p, worst)
@@ -198,7 +201,7 @@ def simulate_constrained_split(
 @entry(
     group="constrained",
     example=lambda work: (
-        work.mesh, work.order, work.mesh.fixed, 0.0, 0, work.scratch, work.counts,
+        work.mesh, work.order, work.mesh.fixed, 0.0, 0.0, 0, work.scratch, work.counts,
     ),
 )  # fmt: skip
 def sweep_constrained(
@@ -206,6 +209,7 @@ def sweep_constrained(
     order: np.ndarray,
     on_boundary: np.ndarray,
     keep: float,
+    least: float,
     max_points: int,
     scratch: Scratch,
     counts: np.ndarray,
@@ -224,7 +228,7 @@ def sweep_constrained(
         for entity in range(11 if mesh.cells.shape[1] == 4 else 4):
             if not mesh.alive[cell] or mesh.state[N_POINTS] >= max_points:
                 break
-            plan = simulate_constrained_split(mesh, cell, entity, on_boundary, keep, scratch)
+            plan = simulate_constrained_split(mesh, cell, entity, on_boundary, keep, least, scratch)
             if plan.verdict == NOTHING:
                 continue
             counts[plan.verdict] += 1

@@ -12,7 +12,7 @@ from ...compiled.decorators import inlined, kernel
 from ..accept import MEAN, mean_falls, threshold
 from ..gather.ball import longest_edge_at
 from ..gather.star import load_star, longest_in_star, measure_star, straighten, sum_of_star
-from ..guide import Guide, guide_in, guided
+from ..guide import Guide, guide_in, guided, held
 from ..metric import mapped, unmapped
 from ..types import MAPPED, AnyMesh, Scratch, SimplexMesh
 from ..vectors import Vec, along, norm, rounded
@@ -141,7 +141,7 @@ def descend_star(
             break
         moved = False
         for _ in range(N_HALVINGS):
-            q = rounded(mesh, along(p, d, step / length))
+            q = held(mesh, guide, p, along(p, d, step / length))
             after = measure_star(mesh, n, q, scratch)
             if after > least:
                 squares = sum_of_squares(n, scratch)

@@ -21,7 +21,7 @@ from ..gather.rows import (
     vertex_of,
 )
 from ..gather.star import measure_star
-from ..guide import FREE
+from ..guide import guide_of, guided, held, led, limited
 from ..shape.ideal import tet_ideal_height, tet_ideal_point
 from ..types import (
     APPLIED,
@@ -48,6 +48,7 @@ from .descend import descend_star
 from .relocate import (
     DEGRADATION2,
     DESCENT,
+    LIMITS,
     MAX_WEIGHT,
     OPTIMIZE,
     QUALITY,
@@ -170,7 +171,8 @@ def simulate_place(
 ) -> RelocationPlan:
     """Look for a better position of a vertex among its cells."""
     p = at(mesh.points, vertex)
-    if mesh.fixed[vertex]:
+    guide = guide_of(mesh, vertex)
+    if mesh.fixed[vertex] and guide.kind == 0.0:
         return RelocationPlan(FIXED, 0, p, 0.0)
     n = gather_rows(mesh, vertex, scratch)
     if n < 0:
@@ -181,16 +183,20 @@ def simulate_place(
     load_rows(mesh, n, scratch)
     size = longest_from(mesh, n, p, scratch)
     if how.method == OPTIMIZE:
-        q, worst = climb_star(mesh, n, p, size, FREE, scratch)
+        q, worst = climb_star(mesh, n, p, size, guide, scratch)
         return RelocationPlan(APPLIED if worst > gained(before) else NOT_BETTER, n, q, worst)
     if how.method == DESCENT:
-        q, worst = descend_star(mesh, n, p, size, FREE, how.rule, how.floor, before, scratch)
+        q, worst = descend_star(mesh, n, p, size, guide, how.rule, how.floor, before, scratch)
         moved = square_distance(p, q) > 0.0
         return RelocationPlan(APPLIED if moved else NOT_BETTER, n, q, worst)
-    if how.method == QUALITY:
+    if how.method == LIMITS:
+        goal = limited(mesh.limits, guide, p, led(mesh.limits, guide, p))
+    elif how.method == QUALITY:
         goal = mean_of_ideals(mesh, vertex, n, how.weight, scratch)
     else:
         goal = mean_around(mesh, vertex, n, how.method == WEIGHTED, scratch)
+    if guide.kind > 0.0 and how.method != LIMITS:
+        goal = held(mesh, guide, p, along(p, guided(guide, minus(goal, p)), 1.0))
     if square_distance(p, goal) <= STILL * size * size:
         return RelocationPlan(NOT_BETTER, n, p, before)
     return go_toward(mesh, n, p, goal, how.relaxation, how.rule, how.floor, before, scratch)

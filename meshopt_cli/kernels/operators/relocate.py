@@ -3,7 +3,8 @@
 The methods give an auxiliary point P* (18.21); the vertex moves to (1 - w) P + w P*
 (18.22), w being halved while the result is refused (Remark 18.11). `optimize` instead
 climbs the worst quality of the ball (Remark 18.12): see `climb`; and `descent` goes downhill on
-the sum of the Q² of the ball: see `descend`.
+the sum of the Q² of the ball: see `descend`. By LIMITS a vertex goes into the half-spaces that it
+was told to stay in.
 """
 
 from __future__ import annotations
@@ -16,13 +17,13 @@ from ...compiled.decorators import entry, kernel
 from ..accept import MEAN, is_accepted, mean_falls
 from ..gather.ball import next_stamp, sum_of, worst_of
 from ..gather.star import ideal_point, load_star, measure_star, star_heights, sum_of_star
-from ..guide import guide_of, guided
+from ..guide import guide_of, guided, held, led, limited
 from ..types import APPLIED, INVALID, NOT_BETTER, AnyMesh, Scratch, SimplexMesh
 from ..vectors import Vec, along, at, distance, minus, rounded, square_distance, toward
 from .climb import RelocationPlan, apply_relocation, movable_ball, simulate_climb
 from .descend import descend
 
-LAPLACE, WEIGHTED, QUALITY, OPTIMIZE, DESCENT = range(5)
+LAPLACE, WEIGHTED, QUALITY, OPTIMIZE, DESCENT, LIMITS = range(6)
 UNIFORM, WORST, DEGRADATION, DEGRADATION2 = range(4)
 
 # A degradation Q runs to infinity on flat cells: as a weight it is capped here.
@@ -148,12 +149,14 @@ def simulate_relocation(
         moved = square_distance(p, q) > 0.0
         return RelocationPlan(APPLIED if moved else NOT_BETTER, n, q, worst)
     load_star(mesh, ball, n, scratch)
-    if how.method == QUALITY:
+    if how.method == LIMITS:
+        goal = limited(mesh.limits, guide, p, led(mesh.limits, guide, p))
+    elif how.method == QUALITY:
         goal = ideal_mean(mesh, ball, n, how.weight, scratch)
     else:
         goal = neighbour_mean(mesh, vertex, ball, n, how.method == WEIGHTED, scratch)
-    if guide.kind > 0.0:
-        goal = along(p, guided(guide, minus(goal, p)), 1.0)
+    if guide.kind > 0.0 and how.method != LIMITS:
+        goal = held(mesh, guide, p, along(p, guided(guide, minus(goal, p)), 1.0))
     neighbour = mesh.cells[ball[0] >> 2, 0 if ball[0] & 3 else 1]
     if square_distance(p, goal) <= STILL * square_distance(p, at(mesh.points, neighbour)):
         return RelocationPlan(NOT_BETTER, n, p, before)
