@@ -115,7 +115,6 @@ def command(
     from ..boundary.policy import POLICIES, Slide
     from ..files.places import require_places
     from ..formats import PIPE
-    from ..jobs.metric import asked_for
     from ..jobs.optimize_file import FileTask, InvalidFileError, optimize_file, place_of
     from ..plans.config import Request
     from .output import print_findings, print_reports, with_command
@@ -124,7 +123,11 @@ def command(
     # The rest of the options have the names of what they say of the pipeline, and of the files.
     request = Request(**{f.name: options.pop(f.name) for f in fields(Request)})
     policy = Slide(slide_tolerance) if boundary == Slide.name else POLICIES[boundary]()
-    asked = asked_for(metric, size)
+    asked = None
+    if metric is not None or size is not None:
+        from ..jobs.metric import asked_for  # seldom needed
+
+        asked = asked_for(metric, size)
     task = FileTask(
         input, place_of(input, output, in_place), request, policy, metric=asked, **options
     )

@@ -80,14 +80,17 @@ def command(
         row = OUTPUTS["table"]
     from ..files.places import require_places
     from ..jobs.meshes import files_in
-    from ..jobs.metric import asked_for
     from ..jobs.report import compared, report_on
     from ..quality.statistics import measures_named
     from .output import print_reports, with_command
     from .terminal import compile_kernels, say
 
     measures_named(names := measures or ())  # what is wrong is said before a mesh is read
-    asked = asked_for(metric, size)
+    asked = None
+    if metric is not None or size is not None:
+        from ..jobs.metric import asked_for  # seldom needed
+
+        asked = asked_for(metric, size)
     files = files_in(meshes)
     if marked is not None and len(files) > 1:
         raise ConfigError("--write-quality goes with one mesh")

@@ -7,6 +7,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,7 +20,6 @@ from ..mesh.cast import Simplices, cast, with_simplices
 from ..mesh.model import Mesh, main_blocks, main_type
 from ..mesh.second_order import SecondOrder, is_second_order, separated
 from ..mesh.tags import Regions, tags_of
-from ..metric.summary import MetricSummary
 from ..passes import Observer, Tally
 from ..plans.improve import Worked, improve
 from ..plans.pipeline import Pipeline
@@ -42,6 +42,9 @@ from .admission import (
 from .curved import require_plane, to_be_kept, warn_of_curved
 from .regions import doubt_regions
 from .told import constraints_on, found_stray, prove_told, staying, warn_of_new
+
+if TYPE_CHECKING:  # seldom met
+    from ..metric.summary import MetricSummary
 
 log = logging.getLogger("meshopt")
 

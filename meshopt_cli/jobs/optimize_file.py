@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from .. import formats
 from ..boundary.policy import Fixed, Policy, Split
@@ -30,12 +31,13 @@ from ..validity import meant
 from ..work.kinds import CELLS, FACES, SIMPLICES
 from .admission import InvalidMeshError, require_known_cells
 from .findings import verdict_on
-from .illustrate import illustrated
-from .metric import Asked, with_metric
 from .optimize import Result, optimize
 from .quality_arrays import with_quality, without_quality
 from .regions import with_asked_regions
 from .report import naming_cells, report_of
+
+if TYPE_CHECKING:  # seldom met
+    from .metric import Asked
 
 log = logging.getLogger("meshopt")
 
@@ -221,6 +223,8 @@ def optimize_file(
     is_bad = task.fail_above is not None and result.after.worst > task.fail_above
     worked = with_quality(result.mesh, plan.measure) if task.write_quality else result.mesh
     if metric is not None and task.metric_out is not None and not is_bad:
+        from .metric import with_metric  # seldom needed
+
         worked = with_metric(worked, metric, task.metric_out, encoding.format)
     written = None if is_bad else formats.write(task.output, worked, encoding)
     if not plan.pipeline.repairs:  # else there may be other cells than in the file
@@ -232,6 +236,8 @@ def optimize_file(
     seconds = dict(zip(("read", "optimize", "write"), times, strict=True))
     report = report_of(source, result, seconds, written)
     if task.with_pictures:
+        from .illustrate import illustrated  # seldom needed
+
         report = illustrated(report, [mesh, result.mesh])
     return FileResult(result, report, written)
 

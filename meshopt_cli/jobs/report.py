@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from .. import __version__, formats
 from ..cells import family_of
@@ -22,11 +23,12 @@ from ..quality.worst import WorstCell
 from ..report.model import FileFacts, PassFacts, Report
 from ..validity import check
 from .admission import require_range
-from .illustrate import illustrated
-from .metric import Asked, judge_by, with_judged
 from .optimize import Result
 from .quality_arrays import with_quality
 from .regions import with_asked_regions
+
+if TYPE_CHECKING:  # seldom met
+    from .metric import Asked
 
 log = logging.getLogger("meshopt")
 
@@ -92,7 +94,11 @@ def report_on(
         summary = summarize_mesh(mesh, part, measure, others)
         summary = naming_cells(summary, source, mesh)
         found = statistics(part, measures, with_histograms)
-        judged = metric and judge_by(metric, mesh, source, part, measure, max_size)
+        judged = None
+        if metric is not None:
+            from .metric import judge_by, with_judged  # seldom needed
+
+            judged = judge_by(metric, mesh, source, part, measure, max_size)
         made = regions_in(mesh)
         if encoding is not None:
             mesh = with_quality(mesh, measure, [m for m in measures if m is not measure])
@@ -110,7 +116,11 @@ def report_on(
         notes=notes,
         metric=judged.summary if judged else None,
     )  # fmt: skip
-    return illustrated(report, [mesh]) if with_pictures else report
+    if with_pictures:
+        from .illustrate import illustrated  # seldom needed
+
+        return illustrated(report, [mesh])
+    return report
 
 
 def compared(before: Report, after: Report) -> Report:

@@ -14,7 +14,6 @@ from ..kernels.operators.nonobtuse import lacking, sweep_ease
 from ..kernels.shape.lack import Wants
 from ..kernels.types import Verdict
 from ..work.session import Workspace
-from ..work.steiner import Search, goal_for, n_tries, net_for, put_back
 from .base import Pass, option
 from .run import Run
 
@@ -106,6 +105,8 @@ class NonObtuse(Pass):
 
     def _search(self, work: Workspace, run: Run) -> None:
         """Look for Steiner points, on the boundary too, unless that was in vain twice."""
+        from ..work.steiner import Search, goal_for, n_tries, net_for, put_back  # seldom needed
+
         n_in_vain = work.visits.get((self, "steiner"), 0)
         n_obtuse = self.left(work)
         if not n_obtuse or n_in_vain == MOST_IN_VAIN:

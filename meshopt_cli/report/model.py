@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..cells import FAMILIES
 from ..errors import shown
 from ..mesh.tags import Regions
-from ..metric.summary import MetricSummary
 from ..quality.statistics import Statistic
 from ..quality.summary import Summary
+
+if TYPE_CHECKING:  # seldom met
+    from ..metric.summary import MetricSummary
 
 
 @dataclass(frozen=True)
