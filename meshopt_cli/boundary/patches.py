@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..kernels.guide import LINE, PLANE, STAYS
 from ..mesh import adjacency
 from ..mesh.cast import Simplices
 from ..mesh.model import Block, Mesh
@@ -19,8 +20,6 @@ from ..mesh.sizes import norms
 from ..mesh.tags import REQUIRED, flagged, is_whole
 
 Array = np.ndarray
-
-FIXED, LINE, PLANE = range(3)  # the first column of a guide
 
 
 @dataclass(frozen=True)
@@ -32,7 +31,7 @@ class Patches:
     points : (np, 3) float64
         As they were before the work.
     guide : (np, 4) float64
-        For each vertex FIXED, LINE or PLANE, and the unit direction or normal.
+        For each vertex STAYS, LINE or PLANE, and the unit direction or normal.
     ridges : (n, 2) int64
         Edges between patches, in 3-D.
     facets : (n, d) int64
@@ -187,7 +186,7 @@ def _guides(
     guide[facets.ravel(), 1:] = np.repeat(normals, 3, axis=0)
     guide[inside, 0] = PLANE
     _set_lines(guide, points, ridges, ~pinned & (n_ridges == 2), tolerance)
-    guide[guide[:, 0] == FIXED] = 0.0
+    guide[guide[:, 0] == STAYS] = 0.0
     return guide
 
 
@@ -200,7 +199,7 @@ def _guides_of_chains(
     n_edges = np.bincount(facets.ravel(), minlength=n_points)
     free = ~pinned & (n_edges == 2) & _are_alike(facets, label, n_points)
     _set_lines(guide, points, facets, free, tolerance)
-    guide[guide[:, 0] == FIXED] = 0.0
+    guide[guide[:, 0] == STAYS] = 0.0
     return guide
 
 

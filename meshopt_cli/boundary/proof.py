@@ -6,10 +6,11 @@ import numpy as np
 
 from ..cells import SIMPLICES
 from ..errors import InvariantError
+from ..kernels.guide import LINE, STAYS
 from ..mesh import adjacency
 from ..mesh.cast import Simplices
 from ..mesh.sizes import contents
-from .patches import FIXED, LINE, Patches
+from .patches import Patches
 from .redeclare import homes
 
 Array = np.ndarray
@@ -41,6 +42,19 @@ def prove_fixed(
     """
     if not _are_the_same(before.skin, origin[after.skin], len(before.points)):
         raise InvariantError("the facets of the boundary or of an interface changed")
+    prove_vertices(before, points_before, points_after, origin)
+
+
+def prove_vertices(
+    before: Simplices, points_before: Array, points_after: Array, origin: Array
+) -> None:
+    """Compare the vertices of a boundary with those of the input; see `prove_fixed`.
+
+    Raises
+    ------
+    InvariantError
+        One of them moved.
+    """
     skin = adjacency.distinct(before.skin)
     number = np.full(len(before.points), -1)
     number[origin[origin >= 0]] = np.flatnonzero(origin >= 0)
@@ -94,7 +108,7 @@ def prove_patches(before: Simplices, worked: Simplices, patches: Patches, origin
         raise InvariantError("the facets of an interface changed")
     here = np.flatnonzero(origin >= 0)
     skin = adjacency.distinct(before.skin)
-    corners = skin[patches.guide[skin, 0] == FIXED]
+    corners = skin[patches.guide[skin, 0] == STAYS]
     if not np.isin(corners, origin[here]).all():
         raise InvariantError("a vertex of the boundary vanished that may not move")
     guide = patches.guide[origin[here]]
@@ -102,7 +116,7 @@ def prove_patches(before: Simplices, worked: Simplices, patches: Patches, origin
     part = np.einsum("ij,ij->i", moved, guide[:, 1:])
     along = part[:, None] * guide[:, 1:]
     off = np.where((guide[:, 0] == LINE)[:, None], moved - along, along)
-    off[guide[:, 0] == FIXED] = moved[guide[:, 0] == FIXED]
+    off[guide[:, 0] == STAYS] = moved[guide[:, 0] == STAYS]
     off = off[np.isin(origin[here], skin)]
     extent = float(np.ptp(before.points[skin], axis=0).max())
     if np.any(np.abs(off) > patches.tolerance * extent):

@@ -13,6 +13,7 @@ from ..mesh import adjacency
 from ..mesh.cast import Simplices
 from ..mesh.model import Mesh, main_blocks, main_type
 from ..mesh.tags import REQUIRED, flagged
+from .proof import prove_vertices
 
 Array = np.ndarray
 
@@ -148,12 +149,8 @@ def prove_split(
     wanted = {(min(a, b), max(a, b)) for a, b in before.skin.tolist()}
     if wanted != set(found):
         raise InvariantError("the edges of the boundary or of an interface changed")
-    skin = adjacency.distinct(before.skin)
-    number = np.full(len(before.points), -1)
-    number[origin[origin >= 0]] = np.flatnonzero(origin >= 0)
-    if not np.array_equal(points_before[skin], points_after[number[skin]]):
-        raise InvariantError("a vertex of the boundary moved")
-    extent = float(np.ptp(before.points[skin], axis=0).max())
+    prove_vertices(before, points_before, points_after, origin)
+    extent = float(np.ptp(before.points[before.skin].reshape(-1, 3), axis=0).max())
     for (a, b), chain in found.items():
         if len(chain) == 2:
             continue

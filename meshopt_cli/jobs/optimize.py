@@ -224,6 +224,8 @@ def optimize(
     if with_all_measures:
         forced = forced_angles(prepared.part)
         before, after = replace(before, forced=forced), replace(after, forced=forced)
+    if background_of is not None:  # what the boundary allows is told without a metric
+        before, after = replace(before, room=None), replace(after, room=None)
     seconds = time.perf_counter() - start
     return Result(
         restored.mesh,

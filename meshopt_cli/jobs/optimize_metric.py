@@ -12,7 +12,7 @@ from ..mesh.cast import Simplices
 from ..mesh.model import Array, Mesh
 from ..mesh.plane import with_depth
 from ..mesh.tags import METRIC
-from ..metric.domain import domain_of
+from ..metric.domain import Domain, domain_of
 from ..metric.field import Metric, exponential
 from ..metric.summary import MetricSummary, judge
 from ..plans.pipeline import Pipeline
@@ -70,7 +70,8 @@ def optimize_in_metric(
     ConfigError, ReadError
         See `jobs.metric.judge_by`.
     """
-    metric = metric_on(asked, mesh, source, domain_of(mesh), max_size)
+    domain = domain_of(mesh)
+    metric = metric_on(asked, mesh, source, domain, max_size)
     # It goes along with the points as their other arrays do, and tensors by their logarithms.
     values = metric.values if metric.is_isotropic else metric.logarithms
     carrying = replace(mesh, point_data={**mesh.point_data, METRIC: values})
@@ -78,14 +79,14 @@ def optimize_in_metric(
     def background_of(part: Simplices, known: Mesh, numbers: Array) -> MetricOfInput:
         return MetricOfInput(part, _taken(known.point_data[METRIC][numbers], metric), asked.size)
 
-    before = _summary(mesh, metric, measure)
+    before = _summary(mesh, domain, metric, measure)
     result = run(carrying, pipeline, background_of)
     driven = _driven(result, asked, metric)
-    after = _summary(driven.result.mesh, driven.metric, measure)
+    after = _summary_after(driven, measure)
     if _is_worse(before, after, pipeline.needs_metric):
         result = run(carrying, replace(pipeline, stages=()), background_of)
         driven = _driven(replace(result, stopped=NOTHING_TO_GAIN), asked, metric)
-        after = _summary(driven.result.mesh, driven.metric, measure)
+        after = _summary_after(driven, measure)
     return replace(driven, result=replace(driven.result, in_metric=(before, after)))
 
 
@@ -105,8 +106,13 @@ def _driven(result: Result, asked: Asked, metric: Metric) -> Driven:
     return Driven(replace(result, mesh=mesh), carried)
 
 
-def _summary(mesh: Mesh, metric: Metric, measure: Measure) -> MetricSummary:
-    domain, part = domain_of(mesh), measurable(mesh)
+def _summary_after(driven: Driven, measure: Measure) -> MetricSummary:
+    mesh = driven.result.mesh
+    return _summary(mesh, domain_of(mesh), driven.metric, measure)
+
+
+def _summary(mesh: Mesh, domain: Domain, metric: Metric, measure: Measure) -> MetricSummary:
+    part = measurable(mesh)
     turned = {family: part.is_turned(family) for family in domain.cells}
     return judge(domain, turned, metric, measure).summary
 

@@ -7,8 +7,6 @@ vertices or a reference shape, enters here and nowhere else.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from ..cells import TET_FACETS, TRI_FACETS
@@ -16,11 +14,7 @@ from ..compiled.decorators import entry, inlined, kernel
 from .metric import NO_TENSOR, Upper, map_of_row, mapped, plus, root
 from .shape.simplex import tet_quality, tri_quality
 from .types import MAPPED, Judge, SimplexMesh
-from .vectors import ZERO, Vec, at, cross, dot, minus
-
-# Content of the cells with edges of length 1.
-UNIT_AREA = math.sqrt(3.0) / 4.0
-UNIT_VOLUME = math.sqrt(2.0) / 12.0
+from .vectors import ZERO, Vec, at, minus
 
 
 @inlined
@@ -90,17 +84,7 @@ def q_of_edges(judge: Judge, width: int, e1: Vec, e2: Vec, e3: Vec) -> float:
 @kernel
 def q_mapped(judge: Judge, width: int, t: Upper, e1: Vec, e2: Vec, e3: Vec) -> float:
     """q of a cell in a metric, whose map takes it to the usual space; see `q_of_edges`."""
-    a = mapped(t, e1)
-    b = mapped(t, e2)
-    c = mapped(t, e3)
-    q = q_of_edges(judge, width, a, b, c)
-    if judge.size == 0.0 or q <= 0.0:
-        return q
-    normal = cross(a, b)
-    content = abs(dot(normal, c)) / (6.0 * UNIT_VOLUME)
-    if width == 3:
-        content = abs(normal.z) / (2.0 * UNIT_AREA)
-    return q * min(content, 1.0 / content) ** judge.size
+    return q_of_edges(judge, width, mapped(t, e1), mapped(t, e2), mapped(t, e3))
 
 
 @kernel

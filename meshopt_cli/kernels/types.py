@@ -71,8 +71,6 @@ class Judge(NamedTuple):
     lenience: float  # from 1 on: dihedral angles bound the q of a tet as well, which counts so
     # many times; 0: they do not
     form: int = 0  # of what is judged: SIMPLICES, CORNERS, FACES or MAPPED
-    size: float = 0.0  # in a metric, q is multiplied by the share of the content of a cell in that
-    # of the unit cell, or the other way round, to this power
 
 
 class SimplexMesh(NamedTuple):

@@ -12,7 +12,6 @@ from .adjacency import distinct
 from .borders import of_mesh
 from .facets import CellSet
 from .model import Array, Block, Mesh, declared, top_blocks
-from .periodic import renumbered
 from .plane import Frame, plane_of, precision_of, with_depth
 from .sizes import contents
 from .tags import REQUIRED, STAY, flagged, regions_of
@@ -203,11 +202,4 @@ def _with_points(mesh: Mesh, left: Array) -> Mesh:
         kept = np.all(cells >= 0, axis=1)
         data = {name: values[kept] for name, values in block.data.items()}
         blocks.append(replace(block, cells=cells[kept], data=data, numbers=None))
-    return replace(
-        mesh,
-        points=mesh.points[left],
-        blocks=blocks,
-        point_data={name: values[left] for name, values in mesh.point_data.items()},
-        periodic=renumbered(mesh.periodic, new_number),
-        numbers=None,
-    )
+    return mesh.with_points(left, new_number, blocks)

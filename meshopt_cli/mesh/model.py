@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ..cells import FAMILIES, SIMPLICES, dimension_of, family_of
 from ..errors import BadMeshError, UnsupportedMeshError
-from .periodic import Link
+from .periodic import Link, renumbered
 
 Array = np.ndarray
 
@@ -95,6 +95,24 @@ class Mesh:
     def dimension(self) -> int:
         """Greatest dimension of the cells, second-order ones included; -1 without cells."""
         return max((dimension_of(b.type) for b in self.blocks if len(b.cells)), default=-1)
+
+    def with_points(self, kept: Array, number: Array, blocks: list[Block]) -> Mesh:
+        """The mesh with some of its points only, and blocks that have the numbers of these.
+
+        Parameters
+        ----------
+        kept : (np,) bool
+        number : (np,) int64
+            The new number of each point, that of another where this takes its place, or -1.
+        """
+        return replace(
+            self,
+            points=self.points[kept],
+            blocks=blocks,
+            point_data={name: values[kept] for name, values in self.point_data.items()},
+            periodic=renumbered(self.periodic, number),
+            numbers=None,
+        )
 
 
 def top_blocks(mesh: Mesh) -> list[Block]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..cells import FAMILIES
 from ..mesh.model import Array
-from .field import Metric, components, matrices
+from .field import Metric, components, exponential
 
 # Cells that are flatter than this count for nothing: what they say of one direction is rounding.
 FLATTEST = 1e-7
@@ -46,8 +46,7 @@ def implied(points: Array, cells: dict[str, Array], is_flat: bool) -> Metric:
     mean = np.divide(total, count[:, None], out=np.full_like(total, np.nan),
                      where=count[:, None] > 0.0)  # fmt: skip
     there = count > 0.0
-    values, axes = np.linalg.eigh(matrices(mean[there]))
-    mean[there] = components((axes * np.exp(values)[:, None, :]) @ axes.transpose(0, 2, 1))
+    mean[there] = exponential(mean[there])
     return Metric(mean, "the mesh itself")
 
 

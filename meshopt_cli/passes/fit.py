@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
+from ..errors import ConfigError
 from ..kernels.operators.edges import (
     Fitting,
     sweep_long_edges,
@@ -31,7 +31,7 @@ class Fit(Operator):
     kernels: ClassVar[tuple[str, ...]] = ("fit",)
     needs_metric: ClassVar[bool] = True
 
-    worse_than: float = bad_enough(1.0, "cells whose Q is above")
+    worse_than: float = bad_enough(1.0, "cells whose Q in the metric is above")
     accept: str = option(
         "floor",
         "what the worst Q of what changes may become: see other passes",
@@ -49,7 +49,7 @@ class Fit(Operator):
     )
     slack: float = option(
         1.0, "new edges of a split may have this part of `shortest`, and of a collapse `longest` "
-        "over it", least=0.0, most=1.0,
+        "over it", least=0.1, most=1.0,
     )  # fmt: skip
     gains: str = option(
         "no", "whether the efficiency index must rise with every change", choices=("no", "yes")
@@ -58,24 +58,31 @@ class Fit(Operator):
         100.0, "most vertices, over those of the input", least=1.0, most=1e6
     )
 
+    def validate(self) -> None:
+        super().validate()
+        if 0.0 < self.longest < 1.0:
+            raise ConfigError(f"fit.longest: {self.longest:g} is out of range, must be 0 or from 1")
+
     def sweep(self, work: Workspace, run: Run) -> None:
         if not work.has_metric:  # who calls for a run without one was told so
             return
-        for long in (False, True):
-            limit = self.longest if long else self.shortest
-            if limit:
-                self._sweep(work, run, long, limit)
+        if self.shortest:
+            new = (self.longest or math.inf) / self.slack
+            self._sweep(work, run, sweep_short_edges, self.shortest, new)
+        if self.longest:
+            self._sweep(work, run, sweep_long_edges, self.longest, self.shortest * self.slack)
 
-    def _sweep(self, work: Workspace, run: Run, long: bool, limit: float) -> None:
+    def _sweep(
+        self, work: Workspace, run: Run, sweep: Callable[..., int], limit: float, new: float
+    ) -> None:
+        """Visit the cells with an edge beyond a limit; `new` is one for new edges."""
+        is_long = sweep is sweep_long_edges
         shortest, longest, lack = work.lengths()
-        extreme = -longest if long else shortest
-        chosen = np.flatnonzero(extreme < (-limit if long else limit))
-        if not len(chosen):
-            return
-        order = self.ordered(work, work.living()[chosen], extreme[chosen])
-        work.next_sweep()
-        most = work.room_for_vertices(self.max_vertices, len(order)) if long else 0
-        mean = float(lack.mean()) if self.gains == "yes" else UNLIMITED_LACK
-        other = self.shortest * self.slack if long else self.longest / self.slack
-        how = Fitting(self.rule, self.least(work), limit, other, mean, most)
-        run.visit(work, order, sweep_long_edges if long else sweep_short_edges, how)
+        lacking = float(lack[work.living()].mean()) if self.gains == "yes" else UNLIMITED_LACK
+        least = self.limit if self.worse_than > 1.0 else math.inf
+        cells, _ = work.changed_cells(work.since((self, is_long)), least)
+        urgency = limit - longest[cells] if is_long else shortest[cells] - limit
+        order = self.ordered(work, cells[urgency < 0.0], urgency[urgency < 0.0])
+        most = work.room_for_vertices(self.max_vertices, len(order)) if is_long else 0
+        how = Fitting(self.rule, self.least(work), limit, new, lacking, most)
+        run.visit(work, order, sweep, how)

@@ -53,8 +53,6 @@ class Preset:
         The same for meshes of any cells; without it, it is for simplices alone.
     all_measures : bool
         Whether it is for more than one measure, so that a report tells the others too.
-    needs_metric : bool
-        Whether it is for meshes with a metric alone.
     """
 
     name: str
@@ -63,7 +61,6 @@ class Preset:
     build: Callable[[Stop, int], tuple[Stage, ...]]
     cells: Callable[[Stop], tuple[Stage, ...]] | None
     all_measures: bool = False
-    needs_metric: bool = False
 
     def stages(self, stop: Stop, dimension: int, kind: str) -> tuple[Stage, ...]:
         """Its stages for a kind of working mesh."""
@@ -305,7 +302,6 @@ PRESETS: dict[str, Preset] = {
             _FIT,
             adapt,
             None,
-            needs_metric=True,
         ),
     )
 }

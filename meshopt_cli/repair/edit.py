@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..mesh.model import Array, Block, Mesh
-from ..mesh.periodic import renumbered
 from ..mesh.tags import is_identity, numbered
 
 
@@ -48,15 +47,7 @@ def without_points(mesh: Mesh, first: Array, gone: Array) -> Mesh:
     number = np.where(gone, -1, np.cumsum(~gone) - 1)[first]
     n_left = n - int(gone.sum())
     blocks = [replace(block, cells=_renamed(block.cells, number, n_left)) for block in mesh.blocks]
-    kept = ~gone
-    return replace(
-        mesh,
-        points=mesh.points[kept],
-        blocks=blocks,
-        point_data={name: values[kept] for name, values in mesh.point_data.items()},
-        periodic=renumbered(mesh.periodic, number),
-        numbers=None,
-    )
+    return mesh.with_points(~gone, number, blocks)
 
 
 def _renamed(cells: Array, number: Array, n_left: int) -> Array:

@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..cells import FAMILIES, SIMPLICES
 from ..kernels.operators.foldover import (
     corner_qualities,
     find_bad,
@@ -173,6 +174,17 @@ def relocate_all(
     result = points.copy()
     result[free] = np.ldexp(work[free], exponent)
     return result, record
+
+
+def relocate_simplices(
+    points: Array, cells: Array, fixed: Array, is_over: Callable[[], bool]
+) -> Array:
+    """Where `relocate_all` moves the vertices of simplices, of which regular ones are ideal."""
+    dimension = cells.shape[1] - 1
+    regular = FAMILIES[SIMPLICES[dimension]].reference
+    shapes = np.linalg.inv((regular[1:] - regular[0])[:, :dimension].T)[None]
+    kinds = np.zeros(len(cells), np.int64)
+    return relocate_all(points, cells, shapes, kinds, fixed, is_over=is_over)[0]
 
 
 def body_of(points: Array, simplices: Array, shapes: Array, shape: Array) -> Body:

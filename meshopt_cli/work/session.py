@@ -8,8 +8,6 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..boundary.patches import Patches
-from ..cells import FAMILIES
-from ..cells import SIMPLICES as SIMPLEX_NAMES
 from ..constraints.model import Constraints
 from ..handles import OUTER
 from ..kernels.judge import measure_cells
@@ -221,12 +219,12 @@ class Workspace:
             q = self.quality(self.living()) if steers else self._measured(judge)
             left = sum(aim(self) for aim in self._aims)
             others = {key: at for key, at in self._standings.items() if key[0] == edition}
-            lack = float(self.lengths()[2].mean()) if self._fits else 0.0
+            lack = float(self.lengths()[2, self.living()].mean()) if self._fits else 0.0
             self._standings = {**others, (edition, judge): standing_of(q, left, lack)}
         return self._standings[edition, judge]
 
     def lengths(self) -> Array:
-        """Of each living cell the shortest and the longest edge, and what they lack: (3, n).
+        """Of each row of cells the shortest and the longest edge, and what they lack: (3, n).
 
         That is the mean of (1 - e)² of (18.12) over its edges.
         """
@@ -234,18 +232,18 @@ class Workspace:
 
         found = np.zeros((3, len(self.mesh.cells)))
         extreme_lengths(self.mesh, found[0], found[1], found[2])
-        return found[:, self.living()]
+        return found
 
     @property
     def worst_of_all(self) -> float:
         """q of the worst cell: of the mesh, or of the whole that it is a part of."""
         return self.standing().worst if self.bounds.worst is None else self.bounds.worst
 
-    def _measured(self, judge: Judge) -> Array:
-        """q of the living cells as another judge sees it."""
-        cells = self.corners(self.living())
-        quality = np.empty(len(cells))
-        measure_cells(judge, self.mesh.points, cells, quality)
+    def _measured(self, judge: Judge, cells: Array | None = None) -> Array:
+        """q of some cells, all that live by default, as a judge sees them."""
+        corners = self.corners(self.living() if cells is None else cells)
+        quality = np.empty(len(corners))
+        measure_cells(judge, self.mesh.points, corners, quality)
         return quality
 
     def judge_by(self, judge: Judge) -> None:
@@ -297,10 +295,7 @@ class Workspace:
 
     def cells_at(self, vertices: Array) -> Array:
         """Living cells with one of some vertices."""
-        mask = np.zeros(len(self.mesh.points), dtype=bool)
-        mask[vertices] = True
-        living = self.living()
-        return living[mask[self.corners(living)].any(axis=1)]
+        return visits.cells_at(self.mesh, vertices)
 
     def rings_around(self, cells: Array, n_rings: int) -> Array:
         """See `visits.rings_around`."""
@@ -318,14 +313,10 @@ class Workspace:
 
     def smoothed(self, is_over: Callable[[], bool]) -> Array:
         """Where all vertices at once go so that no cell is folded over, (np, 3); see `foldover`."""
-        from .foldover import relocate_all  # seldom needed
+        from .foldover import relocate_simplices  # seldom needed
 
         cells = self.corners(self.living())
-        regular = FAMILIES[SIMPLEX_NAMES[self.dimension]].reference
-        shapes = np.linalg.inv((regular[1:] - regular[0])[:, : self.dimension].T)[None]
-        kinds = np.zeros(len(cells), np.int64)
-        found, _ = relocate_all(self.places, cells, shapes, kinds, self.mesh.fixed, is_over=is_over)
-        return found
+        return relocate_simplices(self.places, cells, self.mesh.fixed, is_over)
 
     def move(self, points: Array) -> None:
         """Put all vertices where they are to be, (np, 3)."""
@@ -347,11 +338,8 @@ class Workspace:
         self._taken = self.places
         if self.mesh.judge.form != MAPPED:  # lengths alone go by it
             return
-        living = self.living()
-        cells = living[moved[self.corners(living)].any(axis=1)]
-        quality = np.empty(len(cells))
-        measure_cells(self.mesh.judge, self.mesh.points, self.corners(cells), quality)
-        self.mesh.quality[cells] = quality
+        cells = self.cells_at(np.flatnonzero(moved))
+        self.mesh.quality[cells] = self._measured(self.mesh.judge, cells)
         self.mesh.state[EDITION] += 1
 
     def grow(self) -> None:
@@ -402,13 +390,5 @@ class Workspace:
         return min(most, len(self.mesh.points))
 
     def result(self) -> tuple[Simplices, Array]:
-        """The mesh as it is now, without the vertices that vanished.
-
-        Returns
-        -------
-        simplices : Simplices
-        origin : (np',) int64
-            The point of the input that each point was, -1 for a new one. Points that no cell
-            used stay.
-        """
+        """The mesh as it is now; see `storage.simplices_of`."""
         return storage.simplices_of(self.mesh, self._source, self._origin, self.facets)

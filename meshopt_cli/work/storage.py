@@ -275,7 +275,7 @@ def new_scratch(mesh: AnyMesh) -> Scratch:
 def simplices_of(
     mesh: SimplexMesh, source: Simplices, numbers: Array, facets: Array
 ) -> tuple[Simplices, Array]:
-    """The mesh as it is now, without the vertices that vanished; see `Workspace.result`.
+    """The mesh as it is now, without the vertices that vanished.
 
     Parameters
     ----------
@@ -283,6 +283,13 @@ def simplices_of(
         The point of the source that each row was.
     facets : (n, d) int64
         The declared facets, by rows.
+
+    Returns
+    -------
+    simplices : Simplices
+    origin : (np',) int64
+        The point of the source that each point was, -1 for a new one. Points that no cell used
+        stay.
     """
     n_before = len(source.points)
     unused = np.ones(len(mesh.points), dtype=bool)

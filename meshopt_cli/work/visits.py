@@ -77,13 +77,17 @@ def cells_changed_since(mesh: SimplexMesh, cells: Array, since: int | Array) -> 
 
 def rings_around(mesh: SimplexMesh, cells: Array, n_rings: int) -> Array:
     """Cells at most so many rings away from some cells: the first share a vertex with them."""
-    living = living_cells(mesh)
-    near = np.zeros(len(mesh.points), dtype=bool)
-    rows = cells
     for _ in range(n_rings):
-        near[mesh.cells[rows].ravel()] = True
-        rows = living[near[mesh.cells[living]].any(axis=1)]
-    return rows
+        cells = cells_at(mesh, mesh.cells[cells].ravel())
+    return cells
+
+
+def cells_at(mesh: SimplexMesh, vertices: Array) -> Array:
+    """Living cells with one of some vertices, ascending."""
+    near = np.zeros(len(mesh.points), dtype=bool)
+    near[vertices] = True
+    living = living_cells(mesh)
+    return living[near[mesh.cells[living]].any(axis=1)]
 
 
 def chunks(order: Array, size: int = 20_000) -> list[Array]:

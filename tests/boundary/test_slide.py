@@ -8,9 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from meshopt_cli import validity
-from meshopt_cli.boundary.patches import FIXED, LINE, PLANE, patches_of
+from meshopt_cli.boundary.patches import patches_of
 from meshopt_cli.boundary.policy import Fixed, Slide
 from meshopt_cli.jobs import optimize as job
+from meshopt_cli.kernels.guide import LINE, PLANE, STAYS
 from meshopt_cli.mesh.cast import cast
 from meshopt_cli.mesh.model import Block, Mesh
 from meshopt_cli.passes import PASSES, Silent
@@ -136,7 +137,7 @@ def test_guides_of_a_box():
     source = cast(mesh)
     found = patches_of(mesh, source, TOLERANCE)
     n_sides = on_sides(mesh.points).sum(axis=1)
-    expected = {0: FIXED, 1: PLANE, 2: LINE, 3: FIXED}
+    expected = {0: STAYS, 1: PLANE, 2: LINE, 3: STAYS}
     assert [expected[int(n)] for n in n_sides] == found.guide[:, 0].tolist()
     moving = found.guide[:, 0] > 0
     np.testing.assert_allclose(np.linalg.norm(found.guide[moving, 1:], axis=1), 1.0)

@@ -1,5 +1,7 @@
 """fit: edges toward length 1 in a metric."""
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -120,7 +122,57 @@ def test_vertices_stay_within_their_bound():
     assert work.n_points <= 1.5 * len(one.points) + 1
 
 
-@pytest.mark.parametrize("change", [{"longest": -1.0}, {"shortest": 1.5}, {"slack": 2.0}])
+def variants():
+    """Each choice and each limit of each option, one by one."""
+    for f in fields(Fit):
+        limits = [v for v in (f.metadata["least"], f.metadata["most"]) if v is not None]
+        for value in (*f.metadata["choices"], *limits):
+            if value != f.default and f.name != "max_vertices":
+                yield pytest.param({f.name: value}, id=f"{f.name}={value}")
+
+
+@pytest.mark.parametrize("options", variants())
+@pytest.mark.parametrize("make", [tri_grid, tet_grid])
+def test_every_option_keeps_meshes_whole(make, options):
+    one = shaken(make(4), 0.6, 3)
+    work = workspace_in(one, layered(one.points))
+    for _ in range(2):
+        Fit(**{"max_vertices": 8.0, **options}).run(work)
+    assert_kept(cast(one), work)
+
+
+@pytest.mark.parametrize("which", ["longest", "shortest"])
+def test_either_may_be_left_out(which):
+    one = shaken(tri_grid(8))
+    h = 0.02 if which == "shortest" else 0.6
+    work = workspace_in(one, isotropic(one, h))
+    n = work.n_vertices
+    Fit(**{which: 0.0}).run(work)
+    assert work.n_vertices > n if which == "shortest" else work.n_vertices < n
+    other = workspace_in(one, isotropic(one, h))
+    Fit(longest=0.0, shortest=0.0).run(other)
+    assert other.n_vertices == n
+
+
+def test_only_bad_places_are_visited():
+    one = shaken(tri_grid(8))
+    work = workspace_in(one, isotropic(one, 0.02))
+    assert Fit(worse_than=1.01 / work.standing().worst).run(work).visited == 0
+    assert Fit().run(work).applied > 0
+
+
+def test_what_stays_as_it_is_is_not_tried_again():
+    one = shaken(tri_grid(10))
+    work = workspace_in(one, layered(one.points))
+    fit = Fit()
+    tried = [fit.run(work).visited for _ in range(12)]
+    assert tried[0] > 0
+    assert tried[-1] < 0.2 * tried[0]
+
+
+@pytest.mark.parametrize(
+    "change", [{"longest": -1.0}, {"longest": 0.5}, {"shortest": 1.5}, {"slack": 2.0}]
+)
 def test_values_out_of_range_are_named(change):
     with pytest.raises(ConfigError, match=next(iter(change))):
         Fit(**change)

@@ -45,7 +45,7 @@ MAY = {
     "metric": {"cells", "errors", "mesh", "quality"},
     "validity": {"cells", "elements", "errors", "kernels", "mesh", "quality"},
     "repair": {"cells", "elements", "errors", "mesh", "validity"},
-    "boundary": {"cells", "errors", "mesh"},
+    "boundary": {"cells", "errors", "kernels", "mesh"},
     "constraints": {"cells", "errors", "kernels", "mesh"},
     "transfer": {"cells", "kernels", "mesh", "metric"},
     "work": {"boundary", "cells", "constraints", "errors", "handles", "kernels", "mesh"},

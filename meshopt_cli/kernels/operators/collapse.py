@@ -23,6 +23,7 @@ from ..gather.ball import (
     touch,
     worst_of,
 )
+from ..guide import PLANE
 from ..journal import keep
 from ..judge import q_with
 from ..types import (
@@ -152,7 +153,7 @@ def simulate_collapse(
     mesh: SimplexMesh, vertex: int, onto: int, how: Collapsing, scratch: Scratch
 ) -> CollapsePlan:
     """Put an internal vertex on another vertex of its ball, or one of a plane on one of that."""
-    in_plane = mesh.slides and mesh.guide[vertex, 0] == 2.0
+    in_plane = mesh.slides and mesh.guide[vertex, 0] == PLANE
     if mesh.fixed[vertex] and not in_plane:
         return refused(FIXED, vertex, onto)
     n, closed = gather_ball(mesh, vertex, scratch.ball, scratch)

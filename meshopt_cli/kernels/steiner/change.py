@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from ...compiled.decorators import kernel
+from ...compiled.decorators import inlined, kernel
 from ..shape.lack import RIGHT, extremes
 from ..vectors import Vec, at, minus, norm
 from .net import (
@@ -68,18 +68,34 @@ def flip(net: Net, handle: int) -> None:
     set_edge(net, u, 1, 4 * t + 1, NO_BORDER)
 
 
-@kernel
-def can_flip(net: Net, handle: int) -> bool:
-    """Whether an edge is no border, and both triangles are positive after its flip."""
+@inlined
+def is_inner(net: Net, handle: int) -> bool:
+    """Whether an edge has a triangle on either side, and is no border."""
+    t = handle >> 2
+    i = handle & 3
+    return net.cells[t, BEYOND + i] >= 0 and net.cells[t, BORDER + i] == NO_BORDER
+
+
+@inlined
+def diamond(net: Net, handle: int) -> tuple[Vec, Vec, Vec, Vec]:
+    """The corner c across from an inner edge a b, its ends, and the corner d beyond it."""
     t = handle >> 2
     i = handle & 3
     other = net.cells[t, BEYOND + i]
-    if other < 0 or net.cells[t, BORDER + i] != NO_BORDER:
+    return (
+        at(net.points, net.cells[t, i]),
+        at(net.points, net.cells[t, (i + 1) % 3]),
+        at(net.points, net.cells[t, (i + 2) % 3]),
+        at(net.points, net.cells[other >> 2, other & 3]),
+    )
+
+
+@kernel
+def can_flip(net: Net, handle: int) -> bool:
+    """Whether an edge is no border, and both triangles are positive after its flip."""
+    if not is_inner(net, handle):
         return False
-    c = at(net.points, net.cells[t, i])
-    a = at(net.points, net.cells[t, (i + 1) % 3])
-    b = at(net.points, net.cells[t, (i + 2) % 3])
-    d = at(net.points, net.cells[other >> 2, other & 3])
+    c, a, b, d = diamond(net, handle)
     size = norm(minus(a, b)) * norm(minus(c, d)) * 1e-9
     return turn_of(c, a, d) > size and turn_of(d, b, c) > size
 
@@ -87,15 +103,9 @@ def can_flip(net: Net, handle: int) -> bool:
 @kernel
 def wants_flip(net: Net, handle: int) -> bool:
     """Whether an edge is not Delaunay's, or fewer triangles are obtuse without it."""
-    t = handle >> 2
-    i = handle & 3
-    other = net.cells[t, BEYOND + i]
-    if other < 0 or net.cells[t, BORDER + i] != NO_BORDER:
+    if not is_inner(net, handle):
         return False
-    c = at(net.points, net.cells[t, i])
-    a = at(net.points, net.cells[t, (i + 1) % 3])
-    b = at(net.points, net.cells[t, (i + 2) % 3])
-    d = at(net.points, net.cells[other >> 2, other & 3])
+    c, a, b, d = diamond(net, handle)
     sin_c = turn_of(c, a, b)
     cos_c = (a.x - c.x) * (b.x - c.x) + (a.y - c.y) * (b.y - c.y)
     sin_d = turn_of(d, b, a)
