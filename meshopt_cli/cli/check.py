@@ -16,6 +16,7 @@ from .options import (
     INPUT,
     OUTPUT,
     measure_option,
+    metric_options,
     names_in,
     number_option,
     reading_options,
@@ -26,6 +27,7 @@ from .terminal import say
 
 if TYPE_CHECKING:
     from ..jobs.check import Task
+    from ..jobs.metric import Asked
     from ..report.verdict import Verdict
 
 
@@ -44,7 +46,7 @@ def gate_options(function: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--gate", "gates", multiple=True, metavar="GATE",
                      help='Any other limit, such as "height-min>=0.1" or, in one region, '
                           '"dihedral-min>=10 @ steel" (M404). Repeatable.',
-                     shell_complete=completion.of(completion.limits)),
+                     shell_complete=completion.of(completion.gates)),
     )  # fmt: skip
     for option in reversed(options):
         function = option(function)
@@ -63,6 +65,7 @@ CODES = completion.of(completion.rules, many=True)
 @click.option("--ignore", callback=names_in, metavar="CODES", shell_complete=CODES,
               help="All but these, by prefixes.")  # fmt: skip
 @gate_options
+@metric_options("Gates on tau, unit-edges and others (M406) are in")
 @region_option
 @number_option("tolerance", metavar="T",
                help="Points nearer than T of the extent coincide; vertices nearer to a facet than "
@@ -116,6 +119,7 @@ def command(
         able = " and ".join(row.name for row in CHECK_OUTPUTS.values() if row.has_statistics)
         raise click.UsageError(f"--statistics goes with {able}, not with {form}")
     task = _task(verbosity, **options)
+    task.require_metric()
     checked = task.checked  # an unknown code is an error before any file is read
     files = files_in(meshes)
     task.require_mark(files)
@@ -146,6 +150,7 @@ def _task(
     regions: tuple[str, ...],
     input_format: str | None,
     max_size: int | None,
+    asked: Asked | None,
     **gates: Any,
 ) -> Task:
     from ..jobs.check import Task
@@ -154,7 +159,7 @@ def _task(
     codes = (select or (), ignore or (), extend or ())
     return Task(
         *codes, gates_of(**gates), tolerance, limit or None, mark, verbosity, regions,
-        input_format, max_size,
+        input_format, max_size, asked,
     )  # fmt: skip
 
 

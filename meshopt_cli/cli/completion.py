@@ -49,6 +49,12 @@ def limits() -> Iterable[tuple[str, str]]:
     return ((m.name, m.formula) for m in every_measure().values())
 
 
+def gates() -> Iterable[tuple[str, str]]:
+    from ..quality.gates import FIGURES
+
+    return [*limits(), *((f.name, f.summary) for f in FIGURES.values())]
+
+
 def families() -> Iterable[tuple[str, str]]:
     from ..quality.verdict.table import every_measure
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -23,6 +23,9 @@ from .options import (
     region_option,
     verbosity_options,
 )
+
+if TYPE_CHECKING:
+    from ..jobs.metric import Asked
 
 COMMAND_HELP = """Optimize the mesh in INPUT and write it to OUTPUT.
 
@@ -107,8 +110,7 @@ def command(
     as_json: bool,
     boundary: str,
     slide_tolerance: float,
-    metric: str | None,
-    size: str | None,
+    asked: Asked | None,
     verbosity: int,
     **options: Any,
 ) -> int:
@@ -123,11 +125,6 @@ def command(
     # The rest of the options have the names of what they say of the pipeline, and of the files.
     request = Request(**{f.name: options.pop(f.name) for f in fields(Request)})
     policy = Slide(slide_tolerance) if boundary == Slide.name else POLICIES[boundary]()
-    asked = None
-    if metric is not None or size is not None:
-        from ..jobs.metric import asked_for  # seldom needed
-
-        asked = asked_for(metric, size)
     task = FileTask(
         input, place_of(input, output, in_place), request, policy, metric=asked, **options
     )

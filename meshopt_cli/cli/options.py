@@ -52,19 +52,37 @@ def region_option(function: Function) -> Function:
 
 
 def metric_options(what: str) -> Callable[[Function], Function]:
-    """`--metric SOURCE` and `--size FORMULA`; `what` they are for, in words."""
+    """A metric and what it is to be like, handed on as `asked`; `what` it is for, in words."""
 
     def add(function: Function) -> Function:
-        function = click.option(
-            "--size", metavar="FORMULA",
-            help=f"{what} sizes, a formula in x, y and z, such as 0.01+0.19*x.",
-        )(function)  # fmt: skip
-        return click.option(
-            "--metric", metavar="SOURCE",
-            help=f"{what} a metric: a file of Medit (.sol, .solb), an array of its points, or "
-                 "`implied`, its own.",
-            shell_complete=completion.metrics,
-        )(function)  # fmt: skip
+        @functools.wraps(function)
+        def wrapped(*args: Any, metric: str | None, size: tuple[str, ...], **kwargs: Any) -> Any:
+            shaping = {key: kwargs.pop(key) for key in ("gradation", "size_min", "size_max")}
+            asked = None
+            if metric is not None or size or set(shaping.values()) != {None}:
+                from ..jobs.metric import asked_for  # seldom needed
+
+                asked = asked_for(metric, size, **shaping)
+            return function(*args, asked=asked, **kwargs)
+
+        for option in reversed((
+            click.option(
+                "--metric", metavar="SOURCE", shell_complete=completion.metrics,
+                help=f"{what} a metric: a file of Medit (.sol, .solb), an array of its points, or "
+                     "`implied`, its own."),
+            click.option(
+                "--size", metavar="FORMULA", multiple=True,
+                help=f"{what} sizes, a formula in x, y and z, such as 0.01+0.19*x; NAME=FORMULA "
+                     "is for a region or a group alone; repeatable."),
+            number_option("gradation", metavar="BETA",
+                          help="Make sizes of the metric less until they grow by this factor at "
+                               "most along an edge of length 1, such as 1.3."),
+            number_option("size-min", metavar="LENGTH",
+                          help="Least size in the metric, along each axis of a tensor."),
+            number_option("size-max", metavar="LENGTH", help="Greatest such size."),
+        )):  # fmt: skip
+            wrapped = option(wrapped)
+        return wrapped  # type: ignore[return-value]
 
     return add
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -19,6 +20,9 @@ from .options import (
     region_option,
     verbosity_options,
 )
+
+if TYPE_CHECKING:
+    from ..jobs.metric import Asked
 
 
 @click.command("report")
@@ -57,8 +61,7 @@ from .options import (
 def command(
     meshes: tuple[Path, ...],
     measures: tuple[str, ...] | None,
-    metric: str | None,
-    size: str | None,
+    asked: Asked | None,
     against: Path | None,
     regions: tuple[str, ...],
     form: str | None,
@@ -86,11 +89,6 @@ def command(
     from .terminal import compile_kernels, say
 
     measures_named(names := measures or ())  # what is wrong is said before a mesh is read
-    asked = None
-    if metric is not None or size is not None:
-        from ..jobs.metric import asked_for  # seldom needed
-
-        asked = asked_for(metric, size)
     files = files_in(meshes)
     if marked is not None and len(files) > 1:
         raise ConfigError("--write-quality goes with one mesh")

@@ -15,6 +15,9 @@ from ..mesh.second_order import by_corners, is_second_order
 
 log = logging.getLogger("meshopt")
 
+# Rules without which cells have no shape to measure.
+READABLE = ("M00",)
+
 # Extents of a mesh between which the sixth power of a length is a number.
 EXTENTS = 1e-40, 1e40
 

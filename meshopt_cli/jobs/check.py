@@ -7,18 +7,25 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..cells import family_of
 from ..cores import n_cores
 from ..errors import EXIT_BAD_MESH, EXIT_DONE, EXIT_FILES, ConfigError, MeshoptError
 from ..files.places import require_places
 from ..mesh.model import Mesh, top_blocks
-from ..quality.gates import Gates
+from ..quality.gates import FIGURES, IN_METRIC, Gates
+from ..quality.measures import DEFAULT_MEASURE, measure_named
 from ..report.verdict import Verdict
 from ..validity import Report, check, choose
 from ..validity.jacobian import not_looked_at
+from .admission import READABLE, require_range
 from .findings import verdict_on
 from .regions import with_asked_regions
+
+if TYPE_CHECKING:
+    from ..formats import Source
+    from .metric import Asked
 
 # Files smaller than this together are not worth another process.
 SMALL = 4 << 20
@@ -45,6 +52,22 @@ class Task:
     regions: tuple[str, ...] = ()
     input_format: str | None = None
     max_size: int | None = None
+    asked: Asked | None = None
+
+    def require_metric(self) -> None:
+        """Refuse gates in a metric without one, and a metric without such gates.
+
+        Raises
+        ------
+        ConfigError
+        """
+        named = [limit.name for limit in self.gates.of_mesh]
+        if named and self.asked is None:
+            raise ConfigError(f"a gate on {named[0]} needs a metric: add --metric or --size")
+        if self.asked is not None and not named:
+            raise ConfigError(
+                f"a metric is of no use here without a --gate on {', '.join(FIGURES)}"
+            )
 
     @property
     def checked(self) -> tuple[str, ...]:
@@ -66,12 +89,16 @@ class Task:
         if len(files) > 1:
             raise ConfigError("--mark goes with one mesh")
         formats.encoding_for(self.mark)
-        require_places([self.mark], files)
+        path = None if self.asked is None else self.asked.path
+        require_places([self.mark], [*files, *([path] if path else [])])
 
 
 def needs_kernels(files: Iterable[Path], gates: Gates) -> bool:
     """Whether compiled code will be called: for measures, and for large meshes."""
-    if any(limit.measure.is_compiled for limit in gates.limits):
+    measures = [limit.measure for limit in gates.limits]
+    if gates.of_mesh:
+        measures.append(measure_named(gates.measure or DEFAULT_MEASURE))
+    if any(measure.is_compiled for measure in measures):
         return True
     return any(path.is_file() and path.stat().st_size > LARGE for path in files)
 
@@ -94,6 +121,7 @@ def examine(path: Path, task: Task) -> Verdict:
             task.gates,
             extend=task.extend,
             tolerance=task.tolerance,
+            figures=_figures(mesh, source, task),
         )
         if task.mark is not None:
             from .marking import write_marks
@@ -109,6 +137,28 @@ def examine(path: Path, task: Task) -> Verdict:
     if mesh.dimension() < 0:
         status, error_text = EXIT_BAD_MESH, f"{path}: no cells to check"
     return verdict_on(path, source, mesh, report, status, checked, task.limit, error_text)
+
+
+def _figures(mesh: Mesh, source: Source, task: Task) -> dict[str, float]:
+    """What a mesh is in the metric, none where nobody asks or its cells have no shape.
+
+    Raises
+    ------
+    ConfigError, ReadError, BadMeshError, UnsupportedMeshError
+        See `jobs.metric.judge_by` and `quality.measurable`.
+    """
+    if task.asked is None or IN_METRIC not in task.checked or mesh.dimension() < 0:
+        return {}
+    if not check(mesh, READABLE).is_valid:
+        return {}
+    from ..metric.summary import figures_of
+    from ..quality.measurable import measurable
+    from .metric import judge_by
+
+    require_range(mesh)
+    measure = measure_named(task.gates.measure or DEFAULT_MEASURE)
+    judged = judge_by(task.asked, mesh, source, measurable(mesh), measure, task.max_size)
+    return figures_of(judged.summary)
 
 
 def _warn_of_idle_gates(path: Path, mesh: Mesh, gates: Gates) -> None:

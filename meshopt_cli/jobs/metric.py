@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,7 +15,6 @@ from ..errors import ConfigError, WriteError, hint, reason
 from ..formats import Source
 from ..formats.medit_sol import SCALAR, TENSOR, Solution, is_sol, read_sol, write_sol
 from ..mesh.model import Array, Mesh, top_blocks
-from ..mesh.plane import with_depth
 from ..mesh.tags import OWN
 from ..metric.domain import Domain, domain_of
 from ..metric.field import (
@@ -24,10 +24,13 @@ from ..metric.field import (
     fitted,
     from_array,
     in_order,
+    require,
     require_definite,
 )
-from ..metric.formula import Formula, formula_of
+from ..metric.formula import Formula
 from ..metric.implied import implied
+from ..metric.shaping import AS_IT_IS, Shaping
+from ..metric.sizes import Sizes, sizes_of
 from ..metric.summary import Judged, judge
 from ..quality.measurable import Part
 from ..quality.measures import Measure
@@ -43,38 +46,61 @@ ARRAYS = tuple(f"{OWN}metric-{what}" for what in ("Q", "unit", "optimal"))
 
 @dataclass(frozen=True)
 class Asked:
-    """Where a metric is to come from: a formula for sizes, or else what a name says.
+    """Where a metric is to come from: formulas for sizes, or else what a name says.
 
     Attributes
     ----------
     name : str
         `IMPLIED`, a file called `.sol` or `.solb`, or an array on the points of the mesh.
-    size : Formula, optional
+    sizes : Sizes, optional
+    shaping : Shaping
+        What is made of it.
     """
 
     name: str = ""
-    size: Formula | None = None
+    sizes: Sizes | None = None
+    shaping: Shaping = AS_IT_IS
 
     @property
     def path(self) -> Path | None:
         """The file that is named, if one is."""
         named = Path(self.name)
-        return named if self.size is None and is_sol(named) else None
+        return named if self.sizes is None and is_sol(named) else None
+
+    @property
+    def size(self) -> Formula | None:
+        """The formula that says it all, in every point; else the metric is known at vertices."""
+        return self.sizes.everywhere if self.sizes and self.shaping.is_idle else None
 
 
-def asked_for(metric: str | None, size: str | None) -> Asked | None:
+def asked_for(
+    metric: str | None, size: str | Sequence[str] | None, **options: float | None
+) -> Asked | None:
     """What `--metric` and `--size` say; None where there is neither.
+
+    Parameters
+    ----------
+    size : str or sequence of str, optional
+        See `metric.sizes.sizes_of`.
+    options : float, optional
+        Those of `Shaping`.
 
     Raises
     ------
     ConfigError
-        There are both, or the formula is none.
+        There are both, a formula is none, or there is nothing to shape.
     """
-    if metric is not None and size is not None:
+    shaping = Shaping(**options)
+    sizes = [size] if isinstance(size, str) else list(size or ())
+    if metric is not None and sizes:
         raise ConfigError("--metric and --size exclude each other")
-    if size is not None:
-        return Asked(size=formula_of(size))
-    return None if metric is None else Asked(metric)
+    if sizes:
+        return Asked(sizes=sizes_of(sizes), shaping=shaping)
+    if metric is not None:
+        return Asked(metric, shaping=shaping)
+    if not shaping.is_idle:
+        raise ConfigError(f"{shaping.first} goes with --metric or --size")
+    return None
 
 
 def judge_by(
@@ -117,8 +143,8 @@ def metric_on(
     used = domain.used
     values: Array
     order: str | None = None
-    if asked.size is not None:
-        values, told = asked.size.at(with_depth(mesh.points)), f"size {asked.size.text}"
+    if asked.sizes is not None:
+        values, told = _of_sizes(asked.sizes, mesh, used, name), f"size {asked.sizes}"
     elif asked.name == IMPLIED:
         made = implied(domain.points, domain.cells, domain.is_flat)
         values, told = made.values, made.source
@@ -135,7 +161,17 @@ def metric_on(
             "end in .sol or .solb"
         )
     metric = fitted(from_array(values, used, told, order, name), domain.is_flat)
-    return require_definite(metric, used, name)
+    metric = require_definite(metric, used, name)
+    return metric if asked.shaping.is_idle else asked.shaping.of(metric, domain)
+
+
+def _of_sizes(sizes: Sizes, mesh: Mesh, used: Array, name: Callable[[int], str]) -> Array:
+    """Sizes at the points of a mesh; where no formula holds, the first vertices are named."""
+    values = sizes.at(mesh)
+    if sizes.rest is None:
+        without = "no --size holds (one without a name is for all that has no other)"
+        require(used, values != np.inf, without, name)
+    return values
 
 
 def _of_file(path: Path, max_size: int | None) -> tuple[Array, str]:

@@ -22,7 +22,7 @@ from ..quality.summary import Summary
 from ..quality.worst import WorstCell
 from ..report.model import FileFacts, PassFacts, Report
 from ..validity import check
-from .admission import require_range
+from .admission import READABLE, require_range
 from .optimize import Result
 from .quality_arrays import with_quality
 from .regions import with_asked_regions
@@ -31,9 +31,6 @@ if TYPE_CHECKING:  # seldom met
     from .metric import Asked
 
 log = logging.getLogger("meshopt")
-
-# Rules without which cells have no shape to measure.
-READABLE = ("M00",)
 
 
 def report_on(

@@ -29,8 +29,8 @@ from ..quality.verdict.table import every_measure
 from ..quality.worst import worst_rows
 from ..report.rows import figure, value
 from ..validity import check
-from .admission import require_range
-from .report import READABLE, cell_name
+from .admission import READABLE, require_range
+from .report import cell_name
 
 log = logging.getLogger("meshopt")
 

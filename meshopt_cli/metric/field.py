@@ -158,18 +158,18 @@ def from_array(
             "plane, 6 or 9 in space"
         )
     finite = np.asarray(np.isfinite(table).all(axis=1))
-    _require(used, finite, f"{source}: not finite", name)
+    require(used, finite, f"{source}: not finite", name)
     table = np.where(used[:, None], table, float(k == 1))
     if k == 1:
-        _require(used, table[:, 0] > 0.0, f"{source}: a size that is not positive", name)
+        require(used, table[:, 0] > 0.0, f"{source}: a size that is not positive", name)
         fits = (table[:, 0] > GREATEST**-0.5) & (table[:, 0] < LEAST**-0.5)
-        _require(used, fits, f"{source}: a size beyond all bounds", name)
+        require(used, fits, f"{source}: a size beyond all bounds", name)
         return Metric(np.ascontiguousarray(table), source)
     if k in FULL:
         whole = table.reshape(len(table), FULL[k], FULL[k])
         apart = np.abs(whole - whole.transpose(0, 2, 1)).max(axis=(1, 2))
         is_symmetric: Array = apart <= ASYMMETRY * np.abs(table).max(axis=1)
-        _require(used, is_symmetric, f"{source}: a tensor that is not symmetric", name)
+        require(used, is_symmetric, f"{source}: a tensor that is not symmetric", name)
         table = components((whole + whole.transpose(0, 2, 1)) / 2)
     elif order is not None:
         told, places = ORDERS[order][k]
@@ -211,14 +211,27 @@ def require_definite(
         eigenvalues = np.linalg.eigvalsh(metric.matrices)
     least, greatest = eigenvalues[:, 0], eigenvalues[:, -1]
     is_definite = least > FLAT * np.maximum(greatest, 0.0)
-    _require(used, is_definite, f"{metric.source}: a tensor not positive definite", name)
+    require(used, is_definite, f"{metric.source}: a tensor not positive definite", name)
     fits = (least > LEAST) & (greatest < GREATEST)
-    _require(used, fits, f"{metric.source}: a tensor beyond all bounds", name)
+    require(used, fits, f"{metric.source}: a tensor beyond all bounds", name)
     return metric
 
 
-def _require(used: Array, good: Array, what: str, name: Callable[[int], str]) -> None:
-    """Name the first used vertices at which something is not good."""
+def require(used: Array, good: Array, what: str, name: Callable[[int], str]) -> None:
+    """Refuse a metric that is not good at some vertices of cells.
+
+    Parameters
+    ----------
+    used, good : (np,) bool
+    what : str
+        What is wrong with it there.
+    name : function of the number of a vertex
+
+    Raises
+    ------
+    ConfigError
+        The first of them are named.
+    """
     bad = np.flatnonzero(used & ~good)
     if not len(bad):
         return

@@ -63,6 +63,9 @@ class Formula:
         with np.errstate(all="ignore"):
             return np.broadcast_to(self.value(points), len(points)).astype(np.float64)
 
+    def __reduce__(self) -> tuple[Callable[[str], Formula], tuple[str]]:
+        return formula_of, (self.text,)  # another process takes it apart anew
+
 
 def formula_of(text: str) -> Formula:
     """Take a formula apart.

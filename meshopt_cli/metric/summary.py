@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
 
 from ..mesh.model import Array
+from ..quality.gates import FIGURES
 from ..quality.measures import Measure
 from ..quality.summary import figures
 from .domain import Domain
@@ -94,6 +96,11 @@ class Judged:
     unit: dict[str, Array]
     optimal: dict[str, Array]
     summary: MetricSummary
+
+
+def figures_of(summary: MetricSummary) -> dict[str, float]:
+    """The figures that gates may be put on, by the keys of `FIGURES`."""
+    return {name: attrgetter(figure.path)(summary) for name, figure in FIGURES.items()}
 
 
 def judge(domain: Domain, turned: dict[str, Array], metric: Metric, measure: Measure) -> Judged:

@@ -107,7 +107,7 @@ class Range:
     def __str__(self) -> str:
         finite = "" if self.is_whole or self.is_endless else "finite and "
         if math.isinf(self.most):
-            return f"{finite}at least {self.least:g}"
+            return f"{finite}{'above' if self.is_open else 'at least'} {self.least:g}"
         if self.is_open:
             return f"above {self.least:g} and at most {self.most:g}"
         return f"from {self.least:g} to {self.most:.10g}"
@@ -130,6 +130,10 @@ RANGES: dict[str, Range] = {
     "tolerance": Range(0, 0.1, is_open=True),
     "limit": Range(0, MOST, is_whole=True),
     "jobs": Range(1, MOST, is_whole=True),
+    # of metrics
+    "gradation": Range(1.01, 100),
+    "size-min": Range(0),
+    "size-max": Range(0, is_open=True),
     # of `view`
     "shrink": Range(0, 1, is_open=True),
     "worst": Range(1, 100, is_whole=True),

@@ -17,15 +17,48 @@ GATE = re.compile(rf"\s*({NAME})\s*(<=|>=)\s*({NUMBER})\s*(?:@\s*(.*\S)\s*)?")
 
 LONGEST = 100  # what is shown of a gate that is none
 
+IN_METRIC = "M406"  # the rule that reports the figures below
+
 
 @dataclass(frozen=True)
-class Limit:
-    """A limit on a measure of each cell.
+class Figure:
+    """A figure of a whole mesh in a metric, on which there may be a gate.
 
     Attributes
     ----------
     name : str
-        A key of `verdict.table.every_measure`.
+    path : str
+        What it is of `metric.summary.MetricSummary`.
+    summary : str
+    """
+
+    name: str
+    path: str
+    summary: str
+
+
+FIGURES = {
+    figure.name: figure
+    for figure in (
+        Figure("tau", "edges.tau", "the efficiency index of all edges"),
+        Figure("tau-inner", "inner.tau", "that of edges with an end off the boundary"),
+        Figure("unit-edges", "edges.share",
+               "the part, of 1, of edges with a length from 1/sqrt(2) to sqrt(2)"),
+        Figure("unit-edges-inner", "inner.share", "that of edges with an end off the boundary"),
+        Figure("metric-q", "worst", "the worst Q in the metric"),
+        Figure("metric-q-mean", "mean", "the mean Q in the metric"),
+    )
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A limit on a measure of each cell, or on a figure of the mesh.
+
+    Attributes
+    ----------
+    name : str
+        A key of `verdict.table.every_measure`, or of `FIGURES` where the code is `IN_METRIC`.
     is_least : bool
         Whether the value is the least allowed; else it is the greatest.
     value : float
@@ -46,6 +79,10 @@ class Limit:
     def measure(self) -> Measure:
         return MEASURES[self.name] if self.name in MEASURES else _every_measure()[self.name]
 
+    def is_broken_by(self, value: float) -> bool:
+        """Whether a value is beyond it; one that is not a number is not."""
+        return value < self.value if self.is_least else value > self.value
+
     def __str__(self) -> str:
         where = "" if self.region is None else f" @ {self.region}"
         return f"{self.name} {'>=' if self.is_least else '<='} {self.value:g}{where}"
@@ -62,15 +99,18 @@ class Gates:
     measure : str or None
         By which measure; None means the default one.
     others : tuple of Limit
+    of_mesh : tuple of Limit
+        On `FIGURES`.
     """
 
     fail_above: float | None = None
     measure: str | None = None
     others: tuple[Limit, ...] = ()
+    of_mesh: tuple[Limit, ...] = ()
 
     @property
     def limits(self) -> tuple[Limit, ...]:
-        """All of them.
+        """All that are on measures of cells.
 
         Raises
         ------
@@ -85,7 +125,7 @@ class Gates:
     @property
     def codes(self) -> tuple[str, ...]:
         """The rules that report what is beyond these limits."""
-        return tuple(sorted({limit.code for limit in self.limits}))
+        return tuple(sorted({limit.code for limit in (*self.limits, *self.of_mesh)}))
 
 
 NO_GATES = Gates()
@@ -111,8 +151,12 @@ def limit_of(text: str) -> Limit:
     if match is None or math.isinf(value):
         form = '"QUANTITY>=VALUE" or "QUANTITY<=VALUE", and "@ REGION" after it if it has one'
         raise ConfigError(f"gate {shown}: must be {form}; VALUE is a finite number")
+    if match[1] in FIGURES:
+        if match[4] is not None:
+            raise ConfigError(f"gate {shown}: {match[1]} is of the whole mesh, not of a region")
+        return Limit(match[1], match[2] == ">=", value, code=IN_METRIC)
     if match[1] not in MEASURES and match[1] not in _every_measure():
-        known = ", ".join(MEASURES)
+        known = ", ".join([*MEASURES, *FIGURES])
         raise ConfigError(
             f"gate {shown}: no quantity {match[1]!r}: choose one of {known}, or FAMILY.NAME of "
             "Verdict: see meshopt list measures"
@@ -149,4 +193,5 @@ def gates_of(
         limits.append(Limit("edge-min", True, min_size, code="M403"))
     if max_aspect is not None:
         limits.append(Limit("aspect-ratio", False, max_aspect))
-    return Gates(fail_above, measure, tuple(limits))
+    others = tuple(limit for limit in limits if limit.code != IN_METRIC)
+    return Gates(fail_above, measure, others, tuple(x for x in limits if x.code == IN_METRIC))

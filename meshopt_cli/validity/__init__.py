@@ -6,7 +6,7 @@ the `Places` where the rule is broken, as arrays, since there may be many.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -41,6 +41,7 @@ def check(
     extend: Iterable[str] = (),
     tolerance: float | None = None,
     overlaps: bool = True,
+    figures: Mapping[str, float] | None = None,
 ) -> Report:
     """Look for everything that makes a mesh invalid.
 
@@ -60,6 +61,8 @@ def check(
         Relative distance at which points coincide and vertices touch facets.
     overlaps : bool
         Whether to look for solids that overlap (M209), which takes longer than all the rest.
+    figures : mapping of str to float, optional
+        What the mesh has of `quality.gates.FIGURES`; there is no gate on what is left out.
 
     Raises
     ------
@@ -68,7 +71,7 @@ def check(
     """
     wanted = choose(select, ignore, (*extend, *gates.codes))
     with np.errstate(all="ignore"):
-        study = Examination(mesh, gates, tolerance)
+        study = Examination(mesh, gates, tolerance, figures)
         every = overlaps or study.dimension < 3
         found = [Group(row, row.find(study)) for row in wanted if every or row.cost != SEARCH]
     return Report(tuple(group for group in found if len(group)))

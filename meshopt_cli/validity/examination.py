@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 
 import numpy as np
@@ -28,11 +29,20 @@ class Examination(Study):
     ----------
     gates : Gates
         Limits that the user sets.
+    figures : mapping of str to float, optional
+        What the mesh has of `quality.gates.FIGURES`.
     """
 
-    def __init__(self, mesh: Mesh, gates: Gates = NO_GATES, tolerance: float | None = None) -> None:
+    def __init__(
+        self,
+        mesh: Mesh,
+        gates: Gates = NO_GATES,
+        tolerance: float | None = None,
+        figures: Mapping[str, float] | None = None,
+    ) -> None:
         super().__init__(mesh, tolerance)
         self.gates = gates
+        self.figures = figures or {}
 
     @cached_property
     def cell_sets(self) -> list[CellSet]:

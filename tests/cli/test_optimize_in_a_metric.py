@@ -102,6 +102,28 @@ def test_sizes_by_a_formula(meshopt, tmp_path):
     assert after["kind"] == "sizes"
 
 
+def test_sizes_of_a_region(meshopt, tmp_path):
+    """A group of its own size has more cells than the same area elsewhere."""
+    one = halves(shaken(tri_grid(12)))
+    path = write(tmp_path / "in.mesh", one)
+    out = tmp_path / "o.mesh"
+    both(meshopt, path, out, "--size", "0.15", "--size", "1=0.05")
+    region = cast(formats.read(out)[0]).region
+    counts = sorted(np.bincount(region))
+    assert counts[1] > 2 * counts[0]
+
+
+def test_a_metric_is_shaped_before_it_drives(meshopt, tmp_path):
+    path = write(tmp_path / "in.mesh", shaken(tri_grid(16)))
+    jump = ("--size", "max(0.02, min(0.3, 100*(x-0.5)))")
+    _, plain = both(meshopt, path, tmp_path / "a.mesh", *jump)
+    _, graded = both(meshopt, path, tmp_path / "b.mesh", *jump, "--gradation", "1.3")
+    _, least = both(meshopt, path, tmp_path / "c.mesh", *jump, "--size-min", "0.06")
+    assert least["ne"] < plain["ne"] < graded["ne"]
+    assert "gradation 1.3" in graded["source"]
+    assert graded["edges"]["tau"] > plain["edges"]["tau"]
+
+
 def test_the_implied_metric_asks_for_nothing(meshopt, tmp_path):
     path = write(tmp_path / "in.vtu", tri_grid(8))
     before, after = both(meshopt, path, tmp_path / "o.vtu", "--metric", "implied")
@@ -118,6 +140,8 @@ def test_the_implied_metric_asks_for_nothing(meshopt, tmp_path):
         (("--size", "1", "--metric", "implied"), "exclude"),
         (("--metric", "nosuch"), "nosuch"),
         (("--size", "x"), "not positive"),
+        (("--gradation", "1.3"), "goes with"),
+        (("--size", "nosuch=1"), "nosuch"),
     ],
 )
 def test_what_is_wrong_is_said_in_one_line(meshopt, tmp_path, arguments, said):

@@ -14,6 +14,7 @@ from meshopt_cli.cli.check import command
 from meshopt_cli.cli.entry import status_of
 from meshopt_cli.cli.main import main
 from meshopt_cli.formats import FORMATS
+from meshopt_cli.quality.gates import FIGURES
 from meshopt_cli.quality.measures import MEASURES
 from meshopt_cli.repair import MENDS
 from meshopt_cli.validity import RULES
@@ -56,6 +57,11 @@ def test_the_table_of_options():
 
 def test_all_quantities_are_named():
     assert all(f"`{name}`" in CHECK for name, row in MEASURES.items() if not row.is_quality)
+
+
+def test_the_table_of_figures_in_a_metric():
+    rows = [row for row in rows_of(CHECK) if row[0].strip("`") in FIGURES]
+    assert rows == [[f"`{figure.name}`", figure.summary] for figure in FIGURES.values()]
 
 
 def test_the_configuration_works(tmp_path, monkeypatch, samples):

@@ -8,9 +8,9 @@ import numpy as np
 
 from ...cells import SIMPLICES
 from ...errors import ConfigError
+from ...mesh.groups import cells_in
 from ...mesh.model import Array
-from ...mesh.tags import PHYSICAL, TAG_NAMES, regions_in
-from ...quality.gates import Limit
+from ...quality.gates import IN_METRIC, Limit
 from ..examination import Examination
 from ..model import ERROR, WARNING, Places, at_cells, rule
 
@@ -82,6 +82,25 @@ def find_obtuse(study: Examination) -> Places:
     return _beyond(study, limits, lambda _: "an angle of the cell is obtuse", SIMPLICES)
 
 
+@rule(
+    IN_METRIC,
+    ERROR,
+    "mesh beyond a gate in its metric",
+    explanation="A figure of the mesh in the metric of --metric or --size is beyond a --gate.",
+    source="18.3",
+    fix="Optimize with the same --metric or --size; where the boundary does not fit it, mesh anew.",
+)
+def find_misfit(study: Examination) -> Places:
+    figures = study.figures
+    messages = tuple(
+        f"{limit.name} is {figures[limit.name]:.6g}, and the gate is {limit}"
+        for limit in study.gates.of_mesh
+        if limit.name in figures and limit.is_broken_by(figures[limit.name])
+    )
+    n = len(messages)
+    return Places(messages, cells=np.full((n, 2), -1), kinds=np.arange(n))
+
+
 def _limits(study: Examination, code: str) -> list[Limit]:
     return [limit for limit in study.gates.limits if limit.code == code]
 
@@ -123,22 +142,12 @@ def _cells_in(study: Examination, region: str) -> Array:
     ConfigError
         The mesh has no such region.
     """
-    inside = np.zeros(study.n_cells, dtype=bool)
-    names = {tag: name for (d, tag), name in study.mesh.names.items() if d == study.dimension}
-    wanted = [tag for tag, name in names.items() if name == region]
-    arrays: tuple[str, ...] = (PHYSICAL,)
-    if not wanted and region.lstrip("-").isdigit():
-        wanted = [int(region)]
-        arrays = study.mesh.regions or (*TAG_NAMES, *regions_in(study.mesh).arrays)
-    if not wanted:
-        known = ", ".join(names.values()) or "none has a name"
+    found = cells_in(study.mesh, region, study.dimension)
+    if found is None:
+        names = [name for (d, _), name in study.mesh.names.items() if d == study.dimension]
+        known = ", ".join(names) or "none has a name"
         raise ConfigError(f"no region {region!r} to put a gate on: {known}")
-    for block, first in zip(study.mesh.blocks, study.offsets, strict=False):
-        for name in arrays:
-            values = block.data.get(name)
-            if values is not None and values.ndim == 1:
-                inside[first : first + len(block.cells)] |= np.isin(values, wanted)
-                break
+    inside = np.concatenate([np.zeros(0, dtype=bool), *found])
     if not inside.any():
         raise ConfigError(f"no cell is in the region {region!r} that a gate is put on")
     return inside
