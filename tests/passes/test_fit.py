@@ -131,7 +131,7 @@ def variants():
                 yield pytest.param({f.name: value}, id=f"{f.name}={value}")
 
 
-@pytest.mark.parametrize("options", variants())
+@pytest.mark.parametrize("options", list(variants()))
 @pytest.mark.parametrize("make", [tri_grid, tet_grid])
 def test_every_option_keeps_meshes_whole(make, options):
     one = shaken(make(4), 0.6, 3)
