@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,6 +26,9 @@ from .options import (
 
 if TYPE_CHECKING:
     from ..jobs.metric import Asked
+
+# Options that are for the files, and not for what is made of the mesh.
+OF_FILES = ("fail_above", "input_format", "file_format", "binary", "metric_out")
 
 COMMAND_HELP = """Optimize the mesh in INPUT and write it to OUTPUT.
 
@@ -108,26 +111,20 @@ def command(
     in_place: bool,
     reports: tuple[Path, ...],
     as_json: bool,
-    boundary: str,
-    slide_tolerance: float,
     asked: Asked | None,
     verbosity: int,
     **options: Any,
 ) -> int:
-    from ..boundary.policy import POLICIES, Slide
     from ..files.places import require_places
     from ..formats import PIPE
-    from ..jobs.optimize_file import FileTask, InvalidFileError, optimize_file, place_of
-    from ..plans.config import Request
+    from ..jobs.optimize_file import FileTask, optimize_file, place_of
+    from ..jobs.optimize_mesh import InvalidFileError, task_of
     from .output import print_findings, print_reports, with_command
     from .terminal import compile_kernels, progress, say
 
-    # The rest of the options have the names of what they say of the pipeline, and of the files.
-    request = Request(**{f.name: options.pop(f.name) for f in fields(Request)})
-    policy = Slide(slide_tolerance) if boundary == Slide.name else POLICIES[boundary]()
-    task = FileTask(
-        input, place_of(input, output, in_place), request, policy, metric=asked, **options
-    )
+    of_files = {key: options.pop(key) for key in OF_FILES}
+    one = task_of(metric=asked, **options)
+    task = FileTask(input, place_of(input, output, in_place), one, **of_files)
     shown = OUTPUTS["json" if as_json else "table"]
     written = {path: output_of(path) for path in reports}
     read = [input, *([asked.path] if asked and asked.path else [])]
@@ -136,7 +133,7 @@ def command(
         made.append(task.metric_path)
     require_places(made, read, replaced=[task.output])
     if verbosity > 0 or any(row.all_measures for row in (shown, *written.values())):
-        task = replace(task, all_measures=True)
+        task = replace(task, task=replace(task.task, all_measures=True))
     if any(row.pictures for row in written.values()):
         task = replace(task, with_pictures=True)
     try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import math
 import os
 import sys
 from collections.abc import Iterable, Iterator
@@ -16,12 +17,19 @@ from ..errors import shown
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from ..passes import Observer
+    from ..progress.watch import Watch
+
+
+OFTEN = 0.1  # seconds after which a line on a terminal changes
 
 
 def say(message: str) -> None:
-    """Show a line on stderr."""
-    click.echo(f"meshopt: {shown(message)}", err=True)
+    """Show a line on stderr, above the one that shows how far the run is."""
+    line = f"meshopt: {shown(message)}"
+    if (tqdm := sys.modules.get("tqdm")) is None:
+        click.echo(line, err=True)
+    else:
+        tqdm.tqdm.write(line, file=sys.stderr)
 
 
 class StderrHandler(logging.Handler):
@@ -61,41 +69,18 @@ def report_console(err: bool = False) -> Console:
     )
 
 
-class Bars:
-    """An observer that shows a bar for each sweep."""
-
-    def __init__(self) -> None:
-        self._bar = None
-
-    def started(self, name: str, total: int) -> None:
-        from tqdm import tqdm
-
-        self.close()
-        self._bar = tqdm(total=total, desc=name, leave=False, file=sys.stderr, unit=" visits")
-
-    def advanced(self, by: int) -> None:
-        if self._bar is not None:
-            self._bar.update(by)
-
-    def close(self) -> None:
-        if self._bar is not None:
-            self._bar.close()
-            self._bar = None
-
-
 @contextlib.contextmanager
-def progress(quiet: bool) -> Iterator[Observer]:
-    """Bars on a terminal, nothing elsewhere."""
-    from ..passes import Silent
+def progress(quiet: bool) -> Iterator[Watch]:
+    """What watches a run: for a line on a terminal, and silently elsewhere."""
+    from ..progress.watch import Watch
 
     if quiet or not sys.stderr.isatty():
-        yield Silent()
+        yield Watch(lambda _: None, math.inf)
         return
-    bars = Bars()
-    try:
-        yield bars
-    finally:
-        bars.close()
+    from ..progress.lines import tqdm_progress
+
+    with tqdm_progress(sys.stderr, is_plain(err=True)) as told:
+        yield Watch(told, OFTEN)
 
 
 def compile_kernels(quiet: bool, groups: Iterable[str] = ("basic",)) -> None:

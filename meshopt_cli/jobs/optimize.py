@@ -20,7 +20,7 @@ from ..mesh.cast import Simplices, cast, with_simplices
 from ..mesh.model import Mesh, main_blocks, main_type
 from ..mesh.second_order import SecondOrder, is_second_order, separated
 from ..mesh.tags import Regions, tags_of
-from ..passes import Observer, Tally
+from ..passes import SILENT, Observer, Stage, Tally
 from ..plans.improve import Worked, improve
 from ..plans.pipeline import Pipeline
 from ..plans.stages import Line
@@ -148,7 +148,7 @@ def optimize(
     mesh: Mesh,
     pipeline: Pipeline,
     measure: Measure,
-    observer: Observer | None = None,
+    observer: Observer = SILENT,
     with_all_measures: bool = False,
     with_data: bool = True,
     policy: Policy = Fixed(),  # noqa: B008 (a frozen value)
@@ -186,6 +186,7 @@ def optimize(
     """
     start = time.perf_counter()
     others = tuple(OF_SIMPLICES.values()) if with_all_measures else ()
+    observer.entered(Stage.CHECK)
     prepared = prepare(mesh, pipeline, measure, policy, others, allowed)
     before, kept, near = prepared.before, None, None
     judge, target = measure.judge, before.target
@@ -198,11 +199,13 @@ def optimize(
         )
         if background and not background.is_isotropic:  # sizes alone change no shape
             judge, target = judge._replace(form=MAPPED), 1.0
+        observer.entered(Stage.WORK)
         worked = improve(
             prepared.part, pipeline if told is None else pipeline.confined(), judge, target,
             prepared.boundary.patches, prepared.boundary.splittable, observer,
             background=background, constraints=told,
         )  # fmt: skip
+        observer.entered(Stage.PROVE)
         restored = restore(prepared, worked, with_data)
         corners = restored.by_corners
         stray = found_stray(prepared.mesh, corners, worked.origin, keep_offs, near)

@@ -18,7 +18,7 @@ from ..mesh.any_cells import AnyCells, cast_any, points_left, with_cells
 from ..mesh.cast import Simplices
 from ..mesh.model import Block, Mesh
 from ..mesh.tags import regions_in
-from ..passes import Observer, Tally
+from ..passes import SILENT, Observer, Stage, Tally
 from ..plans.pipeline import Pipeline
 from ..plans.stages import Line, Outcome
 from ..plans.stop import NOTHING_TO_GAIN, TANGLED
@@ -78,7 +78,7 @@ def optimize_cells(
     mesh: Mesh,
     pipeline: Pipeline,
     measure: Measure,
-    observer: Observer | None = None,
+    observer: Observer = SILENT,
     with_all_measures: bool = False,
     with_data: bool = True,
     policy: Policy = Fixed(),  # noqa: B008 (a frozen value)
@@ -101,6 +101,7 @@ def optimize_cells(
         raise UnsupportedMeshError(
             f"--boundary {policy.name} is for meshes of triangles or tetrahedra alone"
         )
+    observer.entered(Stage.CHECK)
     tallies: list[Tally] = []
     if pipeline.repairs:
         mesh, tallies = mended(mesh, pipeline.repairs)
@@ -179,7 +180,7 @@ def _improved(
     part: AnyCells,
     pipeline: Pipeline,
     measure: Measure,
-    observer: Observer | None,
+    observer: Observer,
     allowed: tuple[str, ...],
     told: Constraints | None,
 ) -> tuple[Mesh, AnyCells, Outcome]:
@@ -196,11 +197,13 @@ def _improved(
     """
     mesh, tangle, held = admitted.mesh, admitted.tangle, part
     for _ in range(MOST_TRIES):
+        observer.entered(Stage.WORK)
         outcome = pipeline.run(work_on(held, measure.judge, told), observer)
         if outcome.stopped == TANGLED:
             assert tangle is not None
             raise InvalidMeshError("it could not be untangled: nothing written", mesh, tangle)
         assert isinstance(outcome.work, CellWork)
+        observer.entered(Stage.PROVE)
         worked = outcome.work.result()
         result = with_cells(mesh, part, worked)
         report = validity.check(result, ignore=allowed)

@@ -2,52 +2,23 @@
 
 from __future__ import annotations
 
-import logging
 import os
 import time
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
-from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from .. import formats
-from ..boundary.policy import Fixed, Policy, Split
-from ..constraints.grammar import keep_offs
-from ..errors import EXIT_BAD_MESH, BadMeshError, ConfigError, UnsupportedMeshError, naming
+from ..errors import ConfigError
 from ..files.places import require_writable
-from ..formats import PIPE, Written
+from ..formats import PIPE, Encoding, Source, Written
 from ..formats.medit_sol import is_sol
-from ..mesh.any_cells import is_of_any_cells
-from ..mesh.model import Mesh
-from ..passes import PASSES, Observer
-from ..plans.config import Plan, Request, plan_for
-from ..plans.pipeline import Pipeline
-from ..plans.presets import ADAPT
+from ..passes import SILENT, Observer, Stage
 from ..report.model import Report
-from ..report.verdict import Verdict
-from ..validity import meant
-from ..work.kinds import CELLS, FACES, SIMPLICES
-from .admission import InvalidMeshError, require_known_cells
-from .findings import verdict_on
-from .optimize import Result, optimize
-from .quality_arrays import with_quality, without_quality
-from .regions import with_asked_regions
+from .optimize import Result
+from .optimize_mesh import Optimized, Prepare, Task, optimize_mesh, settled
+from .quality_arrays import with_quality
 from .report import naming_cells, report_of
-
-if TYPE_CHECKING:  # seldom met
-    from .metric import Asked
-
-log = logging.getLogger("meshopt")
-
-
-class InvalidFileError(BadMeshError):
-    """The mesh of the file breaks a rule of severity error; `verdict` says which and where."""
-
-    def __init__(self, message: str, verdict: Verdict) -> None:
-        super().__init__(message)
-        self.verdict = verdict
 
 
 @dataclass(frozen=True)
@@ -58,53 +29,27 @@ class FileTask:
     ----------
     input, output : Path
         `formats.PIPE` stands for stdin and stdout; see `place_of`.
-    request : Request
-        The pipeline and the measure.
-    policy : Policy
-        What of the boundary stays.
+    task : Task
+        What to make of the mesh.
     fail_above : float, optional
         Write nothing where a cell stays worse than this Q.
     input_format, file_format : str, optional
         Keys of `FORMATS`, whatever the names of the files say.
-    max_size : int, optional
-        The most bytes that the input may have: see `formats.read`.
     binary : bool, optional
         Write text or binary; as the input was where it is left out.
-    regions : tuple of str
-        Arrays that make regions; all tags where there are none.
-    no_data : bool
-        Drop all arrays but tags.
-    write_quality : bool
-        Put the arrays of `quality_arrays` on the cells of the output.
-    all_measures : bool
-        Tell the worst Q by every measure, and the angles that the boundary forces; so do
-        pipelines that are for them.
-    metric : Asked, optional
-        The metric that drives the work.
     metric_out : str, optional
-        Where the metric at the points of the result goes: a file called `.sol` or `.solb`, or else
-        an array of the output by this name.
+        Where the metric at the points of the result goes: see `write_optimized`.
     with_pictures : bool
         Draw the mesh before and after, where there is what draws it.
-    keep_off : tuple of str
-        What vertices keep off, as `constraints.grammar` has it.
     """
 
     input: Path
     output: Path
-    request: Request = field(default_factory=Request)
-    policy: Policy = field(default_factory=Fixed)
+    task: Task = field(default_factory=Task)
     fail_above: float | None = None
     input_format: str | None = None
     file_format: str | None = None
-    max_size: int | None = None
     binary: bool | None = None
-    regions: tuple[str, ...] = ()
-    no_data: bool = False
-    write_quality: bool = False
-    all_measures: bool = False
-    keep_off: tuple[str, ...] = ()
-    metric: Asked | None = None
     metric_out: str | None = None
     with_pictures: bool = False
 
@@ -124,30 +69,15 @@ class FileResult:
     written: Written | None
 
 
-def _require_use(policy: Policy, pipeline: Pipeline) -> None:
-    """Refuse a boundary that may be split where no pass does so.
-
-    Raises
-    ------
-    ConfigError
-    """
-    if policy.name == Split.name and not any(step.splits_boundary for step in pipeline.passes()):
-        able = ", ".join(name for name, step in PASSES.items() if step.splits_boundary)
-        raise ConfigError(f"--boundary split: no pass here splits edges; add one that does: {able}")
-
-
 def optimize_file(
-    task: FileTask,
-    observer: Observer | None = None,
-    prepare: Callable[[Iterable[str]], None] | None = None,
+    task: FileTask, observer: Observer = SILENT, prepare: Prepare | None = None
 ) -> FileResult:
     """Read a mesh, optimize it, and write it where it is good enough.
 
     Parameters
     ----------
     prepare : function of groups of kernels, optional
-        Called with those that the run needs, before it starts; else they compile as they are
-        called.
+        See `optimize_mesh`.
 
     Raises
     ------
@@ -158,138 +88,101 @@ def optimize_file(
     InvalidFileError
         The mesh is not valid.
     BadMeshError, UnsupportedMeshError, InvariantError
-        See `optimize`.
+        See `optimize.optimize`.
     """
-    # What is wrong with the request is said before the mesh is read.
-    request = _request_of(task)
-    asked = _plan(request, task)
-    _require_use(task.policy, asked.pipeline)
-    allowed = _allowed(request, asked.allow)
-    off = keep_offs(task.keep_off)
+    given = settled(task.task)
     require_writable(task.output)
-    if task.metric_out is not None and task.metric is None:
+    if task.metric_out is not None and given.task.metric is None:
         raise ConfigError("--metric-out is of no use without --metric or --size")
     if task.metric_path is not None:
         require_writable(task.metric_path)
     clock = [time.perf_counter()]
-    mesh, source = formats.read(task.input, task.input_format, task.max_size)
-    mesh, stale = without_quality(mesh)
-    if stale and not task.write_quality:
-        source = replace(source, lost=(*source.lost, *(f"the array {name}" for name in stale)))
-        log.warning(
-            "%s: %s told of the mesh as it was: dropped; --write-quality makes it anew",
-            task.input, ", ".join(stale),
-        )  # fmt: skip
-    try:
-        with naming(task.input):
-            require_known_cells(mesh)
-            mesh = with_asked_regions(task.input, mesh, task.regions)
-        kind = kind_of(mesh)
-        if task.metric is not None and kind != SIMPLICES:
-            raise UnsupportedMeshError(
-                f"{task.input}: a metric drives meshes of triangles or of tetrahedra alone; "
-                "meshopt report judges any mesh by one"
-            )
-        plan = _plan(request, task, mesh.dimension(), kind)
-        encoding = formats.encoding_for(task.output, source.encoding, task.file_format, task.binary)
-        clock.append(time.perf_counter())
-        if prepare is not None:
-            prepare(plan.kernels())
-        with naming(task.input):
-            work = partial(
-                _work_for(kind),
-                measure=plan.measure,
-                observer=observer,
-                with_all_measures=task.all_measures or plan.all_measures,
-                with_data=not task.no_data,
-                policy=task.policy,
-                allowed=allowed,
-                keep_offs=off,
-            )
-            if task.metric is None:
-                result, metric = work(mesh, plan.pipeline), None
-            else:
-                from .optimize_metric import optimize_in_metric  # seldom needed
-
-                driven = optimize_in_metric(
-                    mesh, source, task.metric, plan.pipeline, plan.measure,
-                    lambda one, pipeline, of: work(one, pipeline, background_of=of), task.max_size,
-                )  # fmt: skip
-                result, metric = driven.result, driven.metric
-    except InvalidMeshError as error:
-        verdict = verdict_on(task.input, source, error.mesh, error.report, EXIT_BAD_MESH)
-        raise InvalidFileError(str(error), verdict) from error
+    observer.entered(Stage.READ)
+    mesh, source = formats.read(task.input, task.input_format, given.task.max_size)
+    encoding = formats.encoding_for(task.output, source.encoding, task.file_format, task.binary)
     clock.append(time.perf_counter())
-    is_bad = task.fail_above is not None and result.after.worst > task.fail_above
-    worked = with_quality(result.mesh, plan.measure) if task.write_quality else result.mesh
-    if metric is not None and task.metric_out is not None and not is_bad:
-        from .metric import with_metric  # seldom needed
-
-        worked = with_metric(worked, metric, task.metric_out, encoding.format)
-    written = None if is_bad else formats.write(task.output, worked, encoding)
-    if not plan.pipeline.repairs:  # else there may be other cells than in the file
-        result = replace(result, before=naming_cells(result.before, source, mesh))
-    if written is not None:
-        result = replace(result, after=naming_cells(result.after, written, worked))
+    done = optimize_mesh(given, mesh, source, observer, prepare)
+    clock.append(time.perf_counter())
+    written = None
+    if task.fail_above is None or done.result.after.worst <= task.fail_above:
+        observer.entered(Stage.WRITE)
+        quality, metric_out = given.task.write_quality, task.metric_out
+        done, written = write_optimized(done, task.output, encoding, quality, metric_out)
     clock.append(time.perf_counter())
     times = (b - a for a, b in pairwise(clock))
     seconds = dict(zip(("read", "optimize", "write"), times, strict=True))
-    report = report_of(source, result, seconds, written)
-    if task.with_pictures:
-        from .illustrate import illustrated  # seldom needed
-
-        report = illustrated(report, [mesh, result.mesh])
-    return FileResult(result, report, written)
+    report = report_on_run(done, source, written, seconds, task.with_pictures)
+    return FileResult(done.result, report, written)
 
 
-def _request_of(task: FileTask) -> Request:
-    """The request of a task: with a metric, a preset of its own unless another is named."""
-    request = task.request
-    named = (request.preset, request.passes, request.config)
-    if task.metric is not None and named == (None, None, None):
-        return replace(request, preset=ADAPT)
-    return request
+def write_optimized(
+    done: Optimized,
+    path: Path,
+    encoding: Encoding,
+    write_quality: bool = False,
+    metric_out: str | None = None,
+) -> tuple[Optimized, Written]:
+    """Write an optimized mesh to a file.
 
+    Parameters
+    ----------
+    encoding : Encoding
+        See `formats.encoding_for`.
+    write_quality : bool
+        Put the arrays of `quality_arrays` on its cells.
+    metric_out : str, optional
+        Where the metric at its points goes: a file called `.sol` or `.solb`, or else an array of
+        the mesh by this name.
 
-def _plan(request: Request, task: FileTask, dimension: int = 3, kind: str = SIMPLICES) -> Plan:
-    plan = plan_for(request, dimension, kind)
-    for step in plan.pipeline.passes():
-        if task.metric is None and step.needs_metric:
-            raise ConfigError(f"the pass {step.name} needs a metric: add --metric or --size")
-        if task.metric is not None and not step.takes_metric:
-            raise ConfigError(f"the pass {step.name} knows no metric: leave one of them out")
-    return plan
-
-
-def kind_of(mesh: Mesh) -> str:
-    """The kind of working mesh that a mesh is worked on as."""
-    if not is_of_any_cells(mesh):
-        return SIMPLICES
-    return FACES if mesh.dimension() == 2 else CELLS
-
-
-def _work_for(kind: str) -> Callable[..., Result]:
-    """What optimizes a kind of mesh."""
-    if kind == SIMPLICES:
-        return optimize
-    from .optimize_cells import optimize_cells  # its kernels take their time to load
-
-    return optimize_cells
-
-
-def _allowed(request: Request, codes: tuple[str, ...]) -> tuple[str, ...]:
-    """The rules that the mesh may break, by their codes.
+    Returns
+    -------
+    done : Optimized
+        Its worst cells have the names that they have in the file.
+    written : Written
 
     Raises
     ------
-    ConfigError
-        There is no such rule, or no mesh breaks it on purpose.
+    WriteError
     """
-    try:
-        return meant(codes)
-    except ConfigError as error:
-        source = "--allow" if request.allow is not None else f"{request.config}: allow"
-        raise ConfigError(f"{source}: {error}") from None
+    mesh = with_quality(done.result.mesh, done.plan.measure) if write_quality else done.result.mesh
+    if done.metric is not None and metric_out is not None:
+        from .metric import with_metric  # seldom needed
+
+        mesh = with_metric(mesh, done.metric, metric_out, encoding.format)
+    written = formats.write(path, mesh, encoding)
+    return named_in(done, written), written
+
+
+def named_in(done: Optimized, source: Source) -> Optimized:
+    """The same, its worst cells having the names by which a file of the result calls them."""
+    result = done.result
+    return replace(
+        done, result=replace(result, after=naming_cells(result.after, source, result.mesh))
+    )
+
+
+def report_on_run(
+    done: Optimized,
+    source: Source,
+    written: Written | None,
+    seconds: dict[str, float],
+    with_pictures: bool = False,
+) -> Report:
+    """What is to be said of an optimization.
+
+    Parameters
+    ----------
+    seconds : dict of str to float
+        How long each part of it took.
+    with_pictures : bool
+        Draw the mesh before and after, where there is what draws it.
+    """
+    report = report_of(source, done.result, seconds, written)
+    if with_pictures:
+        from .illustrate import illustrated  # seldom needed
+
+        report = illustrated(report, [done.before, done.result.mesh])
+    return report
 
 
 def place_of(input: Path, output: Path | None, in_place: bool) -> Path:

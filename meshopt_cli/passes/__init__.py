@@ -14,11 +14,12 @@ from .nonobtuse import NonObtuse
 from .odt import Odt
 from .relax import Relax
 from .repair import Repair
-from .run import SILENT, UNLIMITED, Budget, Observer, OutOfTimeError, Silent, Tally, Work
+from .run import UNLIMITED, Budget, Tally, Work
 from .smooth import Smooth
 from .split import Split
 from .swap import Swap
 from .untangle import Untangle
+from .watch import SILENT, CancelledError, Observer, OutOfTimeError, Silent, Stage, StoppedError
 
 PASSES: dict[str, type[Pass]] = {
     p.name: p
@@ -55,11 +56,14 @@ __all__ = [
     "SILENT",
     "UNLIMITED",
     "Budget",
+    "CancelledError",
     "Observer",
     "Operator",
     "OutOfTimeError",
     "Pass",
     "Silent",
+    "Stage",
+    "StoppedError",
     "Tally",
     "Work",
     "option_rows",

@@ -13,7 +13,8 @@ from ..errors import ConfigError
 from ..kernels import accept as rules
 from ..work.kinds import SIMPLICES
 from ..work.session import Workspace
-from .run import SILENT, UNLIMITED, Budget, Observer, Run, Tally, Work
+from .run import UNLIMITED, Budget, Run, Tally, Work
+from .watch import SILENT, Observer
 
 Array = np.ndarray
 
@@ -120,8 +121,8 @@ class Pass:
 
         Raises
         ------
-        OutOfTimeError
-            The budget is spent; the mesh is whole.
+        CancelledError, OutOfTimeError
+            The observer or the budget ends it; the mesh is whole.
         """
         run = Run(Tally(self.name), observer, budget)
         start = time.perf_counter()

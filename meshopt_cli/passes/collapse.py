@@ -65,7 +65,7 @@ class Collapse(Operator):
 
     def _merge_faces(self, work: FaceWork, run: Run) -> None:
         """Let vertices of faces that are bad become one with others, the worst first."""
-        run.budget.check()
+        run.check()
         found, floor = work.merges(work.vertex_quality() < self.limit), self.least(work)
         near = np.flatnonzero(
             (found.before < self.limit) & ((found.meeting.part == 0.0) | (self.placement == "any"))

@@ -118,10 +118,10 @@ class NonObtuse(Pass):
 
         def advanced(by: int) -> None:
             run.observer.advanced(by)
-            run.budget.check()
+            run.check()
 
         run.observer.started(run.tally.name, n_tries(n_obtuse))
-        run.budget.check()
+        run.check()
         search = Search(net, goal, advanced)
         try:
             search.run()

@@ -107,7 +107,7 @@ class Relax(Operator):
 
     def _merge_faces(self, work: FaceWork, run: Run) -> None:
         """Let vertices become one where the degrees around them gain by it, the most first."""
-        run.budget.check()
+        run.check()
         degree, target = work.degrees()
         found = work.merges(degree != target)
         m = found.meeting
@@ -124,7 +124,7 @@ class Relax(Operator):
 
     def _swap_faces(self, work: FaceWork, run: Run) -> None:
         """Swap faces where the degrees gain by it, the most first."""
-        run.budget.check()
+        run.check()
         degree, target = work.degrees()
         found = work.swaps()
         ends = np.concatenate([found.edge, found.other], axis=1)

@@ -6,13 +6,14 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from ..kernels.types import N_VERDICTS, Verdict
 from ..work.session import Workspace
 from ..work.visits import chunks
+from .watch import CancelledError, Observer, OutOfTimeError
 
 if TYPE_CHECKING:  # seldom met, and their kernels take their time to load
     from ..work.cells import CellWork
@@ -28,33 +29,6 @@ def faces_of(work: Work) -> FaceWork:
 
     assert isinstance(work, FaceWork)
     return work
-
-
-class Observer(Protocol):
-    """Somebody who watches passes at work, such as a progress bar."""
-
-    def started(self, name: str, total: int) -> None:
-        """A sweep of this pass over so many entities begins."""
-
-    def advanced(self, by: int) -> None:
-        """So many more were visited. The mesh is whole here, should an interrupt come."""
-
-
-class Silent:
-    """The observer that does nothing."""
-
-    def started(self, name: str, total: int) -> None:
-        pass
-
-    def advanced(self, by: int) -> None:
-        pass
-
-
-SILENT = Silent()
-
-
-class OutOfTimeError(Exception):
-    """Raised between two chunks of a sweep; the mesh is whole."""
 
 
 @dataclass(frozen=True)
@@ -146,6 +120,22 @@ class Run:
     observer: Observer
     budget: Budget
 
+    @property
+    def is_over(self) -> bool:
+        """Whether there is no time left, or nobody who wants more."""
+        return self.observer.is_cancelled or self.budget.is_spent
+
+    def check(self) -> None:
+        """Ask whether to go on.
+
+        Raises
+        ------
+        CancelledError, OutOfTimeError
+        """
+        if self.observer.is_cancelled:
+            raise CancelledError
+        self.budget.check()
+
     def visit(self, work: Work, order: Array, sweep: Callable[..., int], *how: Any) -> None:
         """Sweep over entities in chunks, and make room for cells where it is short of it.
 
@@ -158,10 +148,10 @@ class Run:
 
         Raises
         ------
-        OutOfTimeError
+        CancelledError, OutOfTimeError
         """
         self.observer.started(self.tally.name, len(order))
-        self.budget.check()
+        self.check()
         for chunk in chunks(order):
             done = 0
             while True:
@@ -171,5 +161,5 @@ class Run:
                 assert isinstance(work, Workspace)  # nothing else runs short of room
                 work.grow()
             self.observer.advanced(len(chunk))
-            self.budget.check()
+            self.check()
         work.renew()

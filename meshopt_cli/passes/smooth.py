@@ -98,9 +98,9 @@ def smooth_all(work: Work, run: Run) -> None:
     Where cells come to be a little worse than the worst one was, their vertices go back until they
     are not.
     """
-    run.budget.check()
+    run.check()
     points, before = work.places, work.standing()
-    goal = work.smoothed(lambda: run.budget.is_spent)
+    goal = work.smoothed(lambda: run.is_over)
     n_free = int(np.count_nonzero(~work.mesh.fixed))
     for _ in range(MOST_PULLS):
         work.move(goal.astype(np.float32).astype(np.float64) if work.mesh.single else goal)

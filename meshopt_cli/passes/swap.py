@@ -49,7 +49,7 @@ class Swap(Operator):
         """Swap pairs of triangles and quads, the worst first, each face once."""
         from ..work.faces import best_of
 
-        run.budget.check()
+        run.check()
         found, floor = best_of(work.swaps()), self.least(work)
         before, after = found.before.min(axis=1), found.after.min(axis=1)
         near = np.flatnonzero((before < self.limit) & (after > 0.0))

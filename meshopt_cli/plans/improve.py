@@ -16,7 +16,7 @@ from ..boundary.patches import Patches
 from ..constraints.model import Constraints
 from ..kernels.types import Judge
 from ..mesh.cast import Simplices
-from ..passes import Observer
+from ..passes import SILENT, Observer
 from ..work.background import Background
 from ..work.bounds import Bounds
 from ..work.session import Workspace
@@ -53,7 +53,7 @@ def improve(
     target: float = 1.0,
     patches: Patches | None = None,
     splittable: np.ndarray | None = None,
-    observer: Observer | None = None,
+    observer: Observer = SILENT,
     bounds: Bounds | None = None,
     background: Background | None = None,
     constraints: Constraints | None = None,

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from ..passes import SILENT, Budget, Observer, OutOfTimeError, Pass, Work
+from ..passes import SILENT, Budget, CancelledError, Observer, Pass, StoppedError, Work
 from ..passes.check import Check
 from ..passes.confine import Confine
 from ..passes.repair import Repair
 from .stages import Change, Outcome, Sequence, Stage
-from .stop import NOTHING_TO_GAIN, TANGLED, TIME_IS_UP, gain
+from .stop import CANCELLED, NOTHING_TO_GAIN, TANGLED, TIME_IS_UP, gain
 
 # A run that gains less than this part of the quality hands its input back untouched, so that
 # a mesh once optimized stays as it is: another order of visits may gain as much. Of 48 second runs
@@ -61,7 +61,7 @@ class Pipeline:
         confine = Sequence((Confine(),))
         return replace(self, stages=(confine, *self.stages, confine))
 
-    def run(self, work: Work, observer: Observer | None = None) -> Outcome:
+    def run(self, work: Work, observer: Observer = SILENT) -> Outcome:
         """Optimize a mesh in place of a copy of it.
 
         Returns
@@ -77,20 +77,21 @@ class Pipeline:
         """
         steps = tuple(dict.fromkeys(self.passes()))
         work.aim_at(tuple(step.left for step in steps), self.needs_metric)
-        outcome = Outcome(work, observer or SILENT, Budget.of(self.time_limit))
+        outcome = Outcome(work, observer, Budget.of(self.time_limit))
         untouched, before = work.copy(), work.standing()
+        outcome.observer.stood(before)
         del work  # held by the outcome, until that goes back to a copy
         try:
             for stage in self.stages:
                 stage.run(outcome)
                 if outcome.work.standing().worst <= 0.0:
                     break  # nothing but untangling helps, and it comes first
-        except OutOfTimeError:
-            outcome.stopped = TIME_IS_UP
+        except StoppedError as why:
+            outcome.stopped = CANCELLED if isinstance(why, CancelledError) else TIME_IS_UP
         after = outcome.work.standing()
         if before.is_better_than(after) or gain(before, after) < LEAST_GAIN:
             outcome.work = untouched
-            if outcome.stopped != TIME_IS_UP:
+            if outcome.stopped not in (TIME_IS_UP, CANCELLED):
                 outcome.stopped = NOTHING_TO_GAIN
         if outcome.work.standing().worst <= 0.0:
             outcome.stopped = TANGLED

@@ -71,7 +71,9 @@ class Sequence:
                     outcome.left_out.append(step.name)
                 continue
             tally = step.run(outcome.work, outcome.observer, outcome.budget)
-            outcome.lines.append(Line(round, tally, outcome.work.judged()))
+            standing = outcome.work.judged()
+            outcome.lines.append(Line(round, tally, standing))
+            outcome.observer.stood(standing, round)
 
 
 @dataclass(frozen=True)

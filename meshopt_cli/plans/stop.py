@@ -14,6 +14,7 @@ GAIN_BELOW = "gain below"
 TARGET_REACHED = "target quality"
 ROUNDS_DONE = "rounds"
 TIME_IS_UP = "time limit"
+CANCELLED = "cancelled"
 TANGLED = "tangled"
 
 

@@ -12,6 +12,7 @@ from meshopt_cli.boundary.policy import POLICIES, TOLERANCE
 from meshopt_cli.cli.main import main
 from meshopt_cli.errors import ConfigError
 from meshopt_cli.jobs.optimize_file import FileTask, optimize_file
+from meshopt_cli.jobs.optimize_mesh import Task
 from meshopt_cli.jobs.report import report_on
 from meshopt_cli.plans.config import Request, plan_for
 from meshopt_cli.plans.presets import PRESETS
@@ -193,7 +194,7 @@ def test_a_preset_is_measured_alike_wherever_it_is_named(tets, tmp_path, preset)
     assert plan_for(named).all_measures == plan_for(filed).all_measures
     told = []
     for request in (named, filed):
-        report = optimize_file(FileTask(tets, tmp_path / "out.vtk", request)).report
+        report = optimize_file(FileTask(tets, tmp_path / "out.vtk", Task(request))).report
         told.append((report.before, report.after))
         wanted = set(OF_SIMPLICES) if PRESETS[preset].all_measures else set()
         assert set(report.after.worst_by_measure) == wanted

@@ -5,6 +5,7 @@ import pytest
 
 from meshopt_cli.jobs.illustrate import SIDE, WIDTH
 from meshopt_cli.jobs.optimize_file import FileTask, optimize_file
+from meshopt_cli.jobs.optimize_mesh import Task
 from meshopt_cli.jobs.report import compared, report_on
 from meshopt_cli.pictures import library
 from meshopt_cli.plans.config import Request
@@ -60,7 +61,7 @@ def test_a_mesh_and_its_worst_cells(tmp_path, name):
 @pytest.mark.parametrize("name", ["triangles", "tets", "hexahedra"])
 def test_before_and_after_a_run(tmp_path, name):
     path = write(tmp_path / "a.vtk", MESHES[name])
-    task = FileTask(path, tmp_path / "b.vtk", Request(preset="fast"), with_pictures=True)
+    task = FileTask(path, tmp_path / "b.vtk", Task(Request(preset="fast")), with_pictures=True)
     report = optimize_file(task).report
     check(report.pictures, 2)
     for summary, worst in zip((report.before, report.after), report.pictures.worst, strict=True):
@@ -87,7 +88,8 @@ def test_cells_that_have_no_name_have_no_picture(tmp_path):
     """A repair came before: which cells of the file these were is not known."""
     path = write(tmp_path / "a.vtk", MESHES["tets"])
     request = Request(passes=("repair", "smooth"))
-    report = optimize_file(FileTask(path, tmp_path / "b.vtk", request, with_pictures=True)).report
+    task = FileTask(path, tmp_path / "b.vtk", Task(request), with_pictures=True)
+    report = optimize_file(task).report
     before, after = report.pictures.worst
     assert before == ()
     assert len(after) == len(report.after.worst_cells)

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from meshopt_cli.jobs.optimize_file import FileTask, optimize_file
+from meshopt_cli.jobs.optimize_mesh import Task
 from meshopt_cli.jobs.report import report_on
 from meshopt_cli.mesh.cast import cast
 from meshopt_cli.plans.config import Request
@@ -77,7 +78,7 @@ def test_of_several_families_the_worst_of_all():
 def test_they_are_called_as_the_written_file_calls_them(samples, tmp_path, name, suffix):
     output = tmp_path / f"out{suffix}"
     request = Request(passes=("smooth",), rounds=1)
-    report = optimize_file(FileTask(samples / name, output, request)).report
+    report = optimize_file(FileTask(samples / name, output, Task(request))).report
     for path, summary in ((samples / name, report.before), (output, report.after)):
         read = report_on(path).before
         names = {(one.cell, round(one.quality, 6)) for one in read.worst_cells}
@@ -87,7 +88,8 @@ def test_they_are_called_as_the_written_file_calls_them(samples, tmp_path, name,
 
 def test_cells_of_what_is_not_written_have_no_names(tmp_path):
     path = write(tmp_path / "in.vtk", shaken(tet_grid(3)))
-    task = FileTask(path, tmp_path / "out.vtk", Request(preset="fast", rounds=1), fail_above=1.0)
+    asked = Task(Request(preset="fast", rounds=1))
+    task = FileTask(path, tmp_path / "out.vtk", asked, fail_above=1.0)
     report = optimize_file(task).report
     assert all(one.cell for one in report.before.worst_cells)
     assert not any(one.cell for one in report.after.worst_cells)
@@ -96,6 +98,6 @@ def test_cells_of_what_is_not_written_have_no_names(tmp_path):
 def test_cells_that_a_repair_left_have_no_names_before(tmp_path):
     path = write(tmp_path / "in.vtk", shaken(tet_grid(3)))
     request = Request(passes=("repair", "smooth"), settings=("repair.duplicates=yes",), rounds=1)
-    report = optimize_file(FileTask(path, tmp_path / "out.vtk", request)).report
+    report = optimize_file(FileTask(path, tmp_path / "out.vtk", Task(request))).report
     assert not any(one.cell for one in report.before.worst_cells)
     assert all(one.cell for one in report.after.worst_cells)

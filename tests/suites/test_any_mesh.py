@@ -11,7 +11,7 @@ from meshopt_cli.boundary.policy import Fixed, Slide
 from meshopt_cli.errors import InvariantError, MeshoptError
 from meshopt_cli.jobs import optimize as job
 from meshopt_cli.jobs.optimize_cells import optimize_cells
-from meshopt_cli.jobs.optimize_file import kind_of
+from meshopt_cli.jobs.optimize_mesh import kind_of
 from meshopt_cli.plans.config import Request, plan_for
 from support.corners import pyramid_grid, tri_quad_grid, wedge_grid
 from support.meshes import hex_grid, quad_grid, tet_grid, tri_grid

@@ -1,0 +1,97 @@
+"""Lines that show how far a run is: with tqdm, on terminals and in notebooks, and with rich."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import sys
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, TextIO
+
+from .watch import Progress, Told
+
+if TYPE_CHECKING:
+    from tqdm import tqdm
+
+LATE = 0.5  # seconds; what is done sooner shows nothing
+PARTS = 100  # of a bar
+
+
+def words(progress: Progress) -> str:
+    """What is said before the bar: the stage, or the pass and its round, and the worst Q."""
+    if not progress.step:
+        return progress.stage
+    told = f"round {progress.round}  " if progress.round else ""
+    return f"{told}{progress.step}  worst Q {progress.worst:.4g}"
+
+
+@contextlib.contextmanager
+def tqdm_progress(file: TextIO | None = None, plain: bool = False) -> Iterator[Told]:
+    """One line by tqdm, which is gone at the end: stage, pass, worst Q, share done, what is left.
+
+    Parameters
+    ----------
+    file : text file, optional
+        Where it goes, instead of stderr.
+    plain : bool
+        Whether the bar is made of ASCII characters alone.
+
+    Examples
+    --------
+    >>> with tqdm_progress() as progress:  # doctest: +SKIP
+    ...     meshopt.optimize("in.vtu", progress=progress)
+    """
+    bar: tqdm | None = None
+
+    def told(progress: Progress) -> None:
+        nonlocal bar
+        if bar is None:
+            if progress.seconds < LATE:
+                return
+            from tqdm import tqdm
+
+            bar = tqdm(total=PARTS, leave=False, file=file or sys.stderr, dynamic_ncols=True,
+                       ascii=plain or None, mininterval=0.0)  # fmt: skip
+        with_bar = bool(progress.step)
+        bar.bar_format = f"{{desc}}  {{percentage:3.0f}}%|{{bar:20}}|{_left(progress)}"
+        bar.bar_format = bar.bar_format if with_bar else "{desc} ..."
+        bar.n = PARTS * progress.share
+        bar.set_description_str(words(progress), refresh=False)
+        bar.refresh()
+
+    try:
+        yield told
+    finally:
+        if bar is not None:
+            bar.close()
+
+
+@contextlib.contextmanager
+def rich_progress() -> Iterator[Told]:
+    """A bar by rich, which stays at the end: stage, pass, worst Q, share done, what is left.
+
+    Examples
+    --------
+    >>> with rich_progress() as progress:  # doctest: +SKIP
+    ...     meshopt.optimize("in.vtu", progress=progress)
+    """
+    from rich.progress import BarColumn, TaskProgressColumn, TextColumn
+    from rich.progress import Progress as Bars
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
+    with Bars(*columns, TextColumn("{task.fields[left]}")) as bars:
+        task = bars.add_task("", total=PARTS, left="")
+
+        def told(progress: Progress) -> None:
+            done = PARTS * progress.share
+            bars.update(task, description=words(progress), completed=done, left=_left(progress))
+
+        yield told
+
+
+def _left(progress: Progress) -> str:
+    """How long the sweep takes still, in words."""
+    if math.isnan(progress.left):
+        return ""
+    minutes, seconds = divmod(round(progress.left), 60)
+    return f" {minutes}:{seconds:02d} left"
