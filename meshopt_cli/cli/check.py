@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import EXIT_BAD_MESH, EXIT_DONE, EXIT_PIPE, NoReaderError
-from ..report.outputs import CHECK_OUTPUTS, Manner
+from ..reports.outputs import CHECK_OUTPUTS, Manner
 from . import completion
 from .check_config import Configured
 from .options import (
@@ -28,7 +28,7 @@ from .terminal import say
 if TYPE_CHECKING:
     from ..jobs.check import Task
     from ..jobs.metric import Asked
-    from ..report.verdict import Verdict
+    from ..reports.verdict import Verdict
 
 
 def gate_options(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -174,7 +174,7 @@ def _noted(verdicts: Iterable[Verdict], statuses: list[int]) -> Iterator[Verdict
 
 def _explain(code: str) -> None:
     """Print all that there is to say of a rule, or of each with this prefix."""
-    from ..report.check_text import explanation
+    from ..reports.check_text import explanation
     from ..validity import choose
 
     click.echo("\n\n".join(explanation(rule) for rule in choose([code])))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import EXIT_BAD_MESH, EXIT_DONE
-from ..report.outputs import OUTPUTS, SUFFIXES, Manner, output_of, write_reports
+from ..reports.outputs import OUTPUTS, SUFFIXES, Manner, output_of, write_reports
 from . import completion
 from .options import (
     OUTPUT,

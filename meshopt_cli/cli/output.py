@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..report.outputs import Manner, ReportOutput
+from ..reports.outputs import Manner, ReportOutput
 from .terminal import is_plain, report_console
 
 if TYPE_CHECKING:
-    from ..report.model import Report
-    from ..report.verdict import Verdict
+    from ..reports.model import Report
+    from ..reports.verdict import Verdict
 
 
 def print_reports(
@@ -35,7 +35,7 @@ def with_command(report: Report) -> Report:
 
 def print_findings(verdict: Verdict) -> None:
     """Print on stderr what was found, the first of each rule, then how many more there are."""
-    from ..report.check_text import finding_lines
+    from ..reports.check_text import finding_lines
 
     for line in finding_lines(verdict):
         click.echo(line, err=True)

@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from ..errors import EXIT_BAD_MESH, EXIT_DONE
-from ..repair import MENDS
+from ..repairs import MENDS
 from .options import file_options, number_option, verbosity_options
 
 
@@ -50,7 +50,7 @@ def command(
     from ..formats import PIPE
     from ..jobs.optimize_file import place_of
     from ..jobs.repair_file import RepairTask, repair_file
-    from ..report.repair import left_lines, repair_lines, to_json
+    from ..reports.repair import left_lines, repair_lines, to_json
     from ..validity.rules import RULES
 
     names = tuple(name for name in MENDS if every or chosen[name])

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from functools import partial
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from ..errors import EXIT_DONE, ConfigError, MeshoptError
-from ..report.outputs import NORMAL, OUTPUTS, output_of, write_reports
+from ..reports.outputs import NORMAL, OUTPUTS, output_of, write_reports
 from . import completion
 from .options import (
     INPUT,
@@ -23,6 +23,7 @@ from .options import (
 
 if TYPE_CHECKING:
     from ..jobs.metric import Asked
+    from ..reports.model import Report
 
 
 @click.command("report")
@@ -83,7 +84,7 @@ def command(
         row = OUTPUTS["table"]
     from ..files.places import require_places
     from ..jobs.meshes import files_in
-    from ..jobs.report import compared, report_on
+    from ..jobs.report import Wanted, compared, report_on
     from ..quality.statistics import measures_named
     from .output import print_reports, with_command
     from .terminal import compile_kernels, say
@@ -96,18 +97,20 @@ def command(
     read = [*files, *(path for path in others if path is not None)]
     require_places([place for place in (output, marked) if place is not None], read)
     compile_kernels(verbosity < 0)
-    told = partial(
-        report_on, names=names, all_measures=row.all_measures, regions=regions,
-        input_format=input_format, max_size=max_size, with_histograms=row.histograms,
-        metric=asked, with_pictures=row.pictures,
-    )  # fmt: skip
-    before = None if against is None else told(against)
+    wanted = Wanted(
+        names, row.all_measures, regions, marked, row.histograms, asked, max_size, row.pictures
+    )
+
+    def told(path: Path, wanted: Wanted) -> Report:
+        return with_command(report_on(path, wanted, input_format))
+
+    before = None if against is None else told(against, replace(wanted, marked=None))
     reports = []
     status = EXIT_DONE
     for path in files:
         try:
-            one = told(path, marked=marked)
-            reports.append(with_command(one if before is None else compared(before, one)))
+            one = told(path, wanted)
+            reports.append(one if before is None else compared(before, one))
         except MeshoptError as error:
             say(str(error))
             status = max(status, error.exit_status)

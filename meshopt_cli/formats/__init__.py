@@ -30,14 +30,14 @@ from ..files.sink import PIPE, ZIPPED, is_stream, written
 from ..mesh.model import Array, Mesh
 from .foreign import NO_MESHES, foreign_kind
 from .numbering import Numbering, numbering
-from .sniff import ADVICE, Encoding, UnreadableError, encoding_of
+from .sniff import ADVICE, MEMORY, Encoding, UnreadableError, encoding_of
 from .streams import Contents, as_file, extension, opened
 from .table import FORMATS, Format
 from .vtk import VTK_VERSIONS, VTU_VERSIONS
 
-__all__ = ["FORMATS", "PIPE", "Encoding", "Format", "Numbering", "Source", "Written"]
+__all__ = ["FORMATS", "MEMORY", "PIPE", "Encoding", "Format", "Numbering", "Source", "Written"]
 __all__ += ["encoding_for", "extension"]
-__all__ += ["numbering", "read", "sniff", "write"]
+__all__ += ["numbering", "owned", "read", "sniff", "write"]
 
 log = logging.getLogger("meshopt")
 
@@ -119,7 +119,7 @@ def read(
         # numpy stops where a NaN stands for an integer; a number too large for its type is infinite
         with np.errstate(invalid="raise", over="ignore"), as_file(path, data) as plain:
             mesh, dropped = row.read(plain, data, encoding)
-            mesh = _owned(mesh)
+            mesh = owned(mesh)
     except MeshoptError:
         raise
     except (Exception, SystemExit) as error:  # meshio raises anything
@@ -185,7 +185,7 @@ def _encoding_for(path: Path, source: Encoding | None, file_format: str | None) 
             raise WriteError(f"{path}: {what}: choose one of {_extensions()}")
         row = next((row for row in rows if source and row.name == source.format), rows[0])
     new = row.default
-    if source is None or FORMATS[source.format].family != row.family:
+    if source is None or source == MEMORY or FORMATS[source.format].family != row.family:
         return new
     if row.family == "gmsh":
         return replace(new, binary=source.binary)
@@ -293,8 +293,11 @@ def _sniff(path: Path, head: bytes, wanted: Format | None) -> Encoding:
     return found
 
 
-def _owned(mesh: Mesh) -> Mesh:
-    """Bring arrays into the form that `read` promises, of one or two dimensions."""
+def owned(mesh: Mesh) -> Mesh:
+    """Bring arrays into the form that `read` promises, of one or two dimensions.
+
+    Those that have it are shared.
+    """
 
     def own(arrays: dict[str, Array]) -> dict[str, Array]:
         result = {}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..mesh.model import Array, Mesh
-from .sniff import Encoding
+from .sniff import MEMORY, Encoding
 from .table import FORMATS
 
 # what a type is called where each type is counted by itself
@@ -41,7 +41,7 @@ class Numbering:
 
 def numbering(encoding: Encoding, mesh: Mesh) -> Numbering:
     """Find out how a file counts the cells and points of the mesh that was read from it."""
-    row = FORMATS[encoding.format]
+    row = FORMATS["vtu" if encoding == MEMORY else encoding.format]  # numbered from 0, through all
     following: dict[str, int] = {}
     blocks = []
     for block in mesh.blocks:

@@ -51,6 +51,10 @@ class Encoding:
     compressed: bool = False
 
 
+# Of a mesh that comes from no file.
+MEMORY = Encoding("memory", "", binary=True)
+
+
 class GmshHeader(NamedTuple):
     """What a file of Gmsh says about itself: `size` is bytes of a count, `order` is of bytes."""
 

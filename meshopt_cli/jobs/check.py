@@ -16,7 +16,7 @@ from ..files.places import require_places
 from ..mesh.model import Mesh, top_blocks
 from ..quality.gates import FIGURES, IN_METRIC, Gates
 from ..quality.measures import DEFAULT_MEASURE, measure_named
-from ..report.verdict import Verdict
+from ..reports.verdict import Verdict
 from ..validity import Report, check, choose
 from ..validity.jacobian import not_looked_at
 from .admission import READABLE, require_range
@@ -47,8 +47,8 @@ class Task:
     gates: Gates
     tolerance: float | None
     limit: int | None
-    mark: Path | None
-    verbosity: int
+    mark: Path | None = None
+    verbosity: int = 0
     regions: tuple[str, ...] = ()
     input_format: str | None = None
     max_size: int | None = None
@@ -107,36 +107,48 @@ def examine(path: Path, task: Task) -> Verdict:
     """Read one file and look for all that makes it invalid."""
     from .. import formats
 
-    checked = task.checked
     try:
         mesh, source = formats.read(path, task.input_format, task.max_size)
     except MeshoptError as error:
         return Verdict(str(path), error.exit_status, error=str(error))
     try:
-        mesh = with_asked_regions(path, mesh, task.regions)
-        report: Report = check(
-            mesh,
-            task.select,
-            task.ignore,
-            task.gates,
-            extend=task.extend,
-            tolerance=task.tolerance,
-            figures=_figures(mesh, source, task),
-        )
-        if task.mark is not None:
-            from .marking import write_marks
-
-            write_marks(task.mark, source, mesh, report)
+        return examine_mesh(mesh, source, task)
     except MeshoptError as error:
-        text = str(error) if task.mark and str(task.mark) in str(error) else f"{path}: {error}"
-        return Verdict(str(path), error.exit_status, error=text)
-    _warn_of_idle_gates(path, mesh, task.gates)
+        text = str(error)
+        named = (task.mark and str(task.mark) in text) or text.startswith(f"{path}: ")
+        return Verdict(str(path), error.exit_status, error=text if named else f"{path}: {text}")
+
+
+def examine_mesh(mesh: Mesh, source: Source, task: Task) -> Verdict:
+    """Look for all that makes a mesh invalid.
+
+    Raises
+    ------
+    ConfigError, ReadError, BadMeshError, UnsupportedMeshError, WriteError
+        The mesh lacks what the task is about, or its marks cannot be written.
+    """
+    checked = task.checked
+    mesh = with_asked_regions(source.path, mesh, task.regions)
+    report: Report = check(
+        mesh,
+        task.select,
+        task.ignore,
+        task.gates,
+        extend=task.extend,
+        tolerance=task.tolerance,
+        figures=_figures(mesh, source, task),
+    )
+    if task.mark is not None:
+        from .marking import write_marks
+
+        write_marks(task.mark, source, mesh, report)
+    _warn_of_idle_gates(source.path, mesh, task.gates)
     if JACOBIAN in checked:
-        _warn_of_unknown_cells(path, mesh)
-    status, error_text = (EXIT_DONE if report.is_valid else EXIT_BAD_MESH), ""
+        _warn_of_unknown_cells(source.path, mesh)
+    status, error = (EXIT_DONE if report.is_valid else EXIT_BAD_MESH), ""
     if mesh.dimension() < 0:
-        status, error_text = EXIT_BAD_MESH, f"{path}: no cells to check"
-    return verdict_on(path, source, mesh, report, status, checked, task.limit, error_text)
+        status, error = EXIT_BAD_MESH, f"{source.path}: no cells to check"
+    return verdict_on(source.path, source, mesh, report, status, checked, task.limit, error)
 
 
 def _figures(mesh: Mesh, source: Source, task: Task) -> dict[str, float]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..report.verdict import Finding, Verdict
+from ..reports.verdict import Finding, Verdict
 
 if TYPE_CHECKING:
     from ..formats import Source

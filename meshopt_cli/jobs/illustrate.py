@@ -16,8 +16,8 @@ from ..pictures.scene import PLANE, SPACE, SURFACE, Scene, scene_of
 from ..quality.measurable import measurable
 from ..quality.measures import MEASURES
 from ..quality.summary import Summary
-from ..report.model import Picture, Pictures, Report
-from ..report.rows import figure
+from ..reports.model import Picture, Pictures, Report
+from ..reports.rows import figure
 
 WIDTH = 1100  # of pictures of whole meshes, in pixels
 ASPECTS = (0.75, 3.0)  # between which the ratios of width and height are

@@ -9,7 +9,7 @@ from ..kernels.types import Verdict
 from ..mesh.model import Mesh
 from ..passes import Tally
 from ..passes.repair import Repair
-from ..repair import MENDS, repair
+from ..repairs import MENDS, repair
 
 log = logging.getLogger("meshopt")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from .. import formats
 from ..cells import family_of
 from ..errors import ConfigError, WriteError, hint, reason
-from ..formats import Source
+from ..formats import MEMORY, Source
 from ..formats.medit_sol import SCALAR, TENSOR, Solution, is_sol, read_sol, write_sol
 from ..mesh.model import Array, Mesh, top_blocks
 from ..mesh.tags import OWN
@@ -38,7 +38,8 @@ from ..quality.measures import Measure
 log = logging.getLogger("meshopt")
 
 IMPLIED = "implied"
-OF_VTK = ("vtk", "vtu")  # formats whose symmetric tensors have the order of VTK
+# Formats whose symmetric tensors have the order of VTK.
+OF_VTK = ("vtk", "vtu", MEMORY.format)
 
 # Arrays on cells: Q in the metric, and how far a cell is from a unit one and an optimal one.
 ARRAYS = tuple(f"{OWN}metric-{what}" for what in ("Q", "unit", "optimal"))
@@ -55,11 +56,14 @@ class Asked:
     sizes : Sizes, optional
     shaping : Shaping
         What is made of it.
+    values : (np,) or (np, k) array, optional
+        The metric itself, tensors in the order of VTK.
     """
 
     name: str = ""
     sizes: Sizes | None = None
     shaping: Shaping = AS_IT_IS
+    values: Array | None = field(default=None, compare=False)
 
     @property
     def path(self) -> Path | None:
@@ -145,6 +149,8 @@ def metric_on(
     order: str | None = None
     if asked.sizes is not None:
         values, told = _of_sizes(asked.sizes, mesh, used, name), f"size {asked.sizes}"
+    elif asked.values is not None:
+        values, told, order = asked.values, "the array given", VTK
     elif asked.name == IMPLIED:
         made = implied(domain.points, domain.cells, domain.is_flat)
         values, told = made.values, made.source

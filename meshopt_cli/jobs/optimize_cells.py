@@ -26,7 +26,7 @@ from ..quality.families import summarize_mesh
 from ..quality.measurable import measurable
 from ..quality.measures import OF_SIMPLICES, Measure
 from ..quality.summary import Summary
-from ..repair import repair
+from ..repairs import repair
 from ..transfer.carry import carry_on_points, tags_only
 from ..work.cells import CellWork
 from ..work.face_work import work_on

@@ -14,7 +14,7 @@ from ..files.places import require_writable
 from ..formats import PIPE, Encoding, Source, Written
 from ..formats.medit_sol import is_sol
 from ..passes import SILENT, Observer, Stage
-from ..report.model import Report
+from ..reports.model import Report
 from .optimize import Result
 from .optimize_mesh import Optimized, Prepare, Task, optimize_mesh, settled
 from .quality_arrays import with_quality

@@ -17,7 +17,7 @@ from ..passes import PASSES, SILENT, Observer
 from ..plans.config import Plan, Request, plan_for
 from ..plans.pipeline import Pipeline
 from ..plans.presets import ADAPT
-from ..report.verdict import Verdict
+from ..reports.verdict import Verdict
 from ..validity import meant
 from ..work.kinds import CELLS, FACES, SIMPLICES
 from .admission import InvalidMeshError, require_known_cells

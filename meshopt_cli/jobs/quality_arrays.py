@@ -71,6 +71,21 @@ def with_quality(mesh: Mesh, measure: Measure, others: Iterable[Measure] = ()) -
     return replace(mesh, blocks=blocks)
 
 
+def on_cells(mesh: Mesh, measure: Measure) -> Array:
+    """A measure of every cell of a mesh, as its source numbers them, (n,); else NaN."""
+    marked = with_quality(mesh, measure)
+    values = [b.data.get(Q, np.full(len(b.cells), np.nan)) for b in marked.blocks]
+    ends = np.cumsum([len(one) for one in values])
+    numbers = [
+        np.arange(end - len(block.cells), end) if block.numbers is None else block.numbers
+        for block, end in zip(mesh.blocks, ends, strict=True)
+    ]
+    number = np.concatenate([np.empty(0, np.int64), *numbers])
+    found = np.full(int(number.max(initial=-1)) + 1, np.nan)
+    found[number] = np.concatenate([np.empty(0), *values])
+    return found
+
+
 def _by_family(part: Part, measure: Measure) -> dict[str, Array]:
     return {
         family: values_of(part, measure, family)

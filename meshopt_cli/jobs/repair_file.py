@@ -8,9 +8,11 @@ from pathlib import Path
 from .. import __version__, formats
 from ..errors import EXIT_BAD_MESH, EXIT_DONE, naming
 from ..files.places import require_writable
-from ..repair import repair
-from ..report.repair import RepairReport
-from ..validity import check
+from ..formats import Source
+from ..mesh.model import Mesh
+from ..repairs import repair
+from ..reports.repair import RepairReport
+from ..validity import Report, check
 from .findings import verdict_on
 
 
@@ -59,20 +61,66 @@ def repair_file(task: RepairTask) -> RepairReport:
     require_writable(task.output)
     mesh, source = formats.read(task.input, task.input_format, task.max_size)
     encoding = formats.encoding_for(task.output, source.encoding, task.file_format, task.binary)
-    before = check(mesh, tolerance=task.tolerance)
-    with naming(task.input):
-        repaired = repair(mesh, task.mends, task.tolerance)
+    done = repair_mesh(mesh, source, task.mends, task.tolerance)
+    written = formats.write(task.output, done.mesh, encoding)
+    return report_on_repair(done, source, written)
+
+
+@dataclass(frozen=True)
+class Mended:
+    """A mesh that was mended, and what there was and is to find in it."""
+
+    before: Report
+    mesh: Mesh
+    after: Report
+    mends: dict[str, dict[str, int]]
+    notes: tuple[str, ...]
+
+
+def repair_mesh(
+    mesh: Mesh, source: Source, mends: tuple[str, ...], tolerance: float | None = None
+) -> Mended:
+    """Mend a mesh; it is left as it is.
+
+    Parameters
+    ----------
+    source : Source
+        Where it comes from: errors name it.
+    mends, tolerance
+        See `RepairTask`.
+
+    Raises
+    ------
+    ConfigError
+        There is no such mend.
+    BadMeshError
+        No cell would be left.
+    """
+    before = check(mesh, tolerance=tolerance)
+    with naming(source.path):
+        repaired = repair(mesh, mends, tolerance)
     after = before
     if repaired.mesh is not mesh:
-        after = check(repaired.mesh, tolerance=task.tolerance)
-    written = formats.write(task.output, repaired.mesh, encoding)
-    status = EXIT_DONE if after.is_valid else EXIT_BAD_MESH
+        after = check(repaired.mesh, tolerance=tolerance)
+    counts = {name: one.counts for name, one in repaired.mends.items()}
+    return Mended(before, repaired.mesh, after, counts, repaired.notes)
+
+
+def report_on_repair(done: Mended, source: Source, result: Source) -> RepairReport:
+    """What is to be said of a repair.
+
+    Parameters
+    ----------
+    result : Source
+        The file of the result, or what else its cells have their names by.
+    """
+    status = EXIT_DONE if done.after.is_valid else EXIT_BAD_MESH
     return RepairReport(
         __version__,
-        str(task.input),
-        {group.code: len(group) for group in before.groups},
-        verdict_on(task.output, written, repaired.mesh, after, status),
-        {name: one.counts for name, one in repaired.mends.items()},
-        repaired.notes,
-        source.lost + written.lost,
+        str(source.path),
+        {group.code: len(group) for group in done.before.groups},
+        verdict_on(result.path, result, done.mesh, done.after, status),
+        done.mends,
+        done.notes,
+        source.lost + (result.lost if result is not source else ()),
     )

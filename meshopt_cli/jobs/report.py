@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,7 +20,7 @@ from ..quality.measures import DEFAULT_MEASURE, MEASURES, OF_SIMPLICES
 from ..quality.statistics import measures_named, statistics, table_measure
 from ..quality.summary import Summary
 from ..quality.worst import WorstCell
-from ..report.model import FileFacts, PassFacts, Report
+from ..reports.model import FileFacts, PassFacts, Report
 from ..validity import check
 from .admission import READABLE, require_range
 from .optimize import Result
@@ -33,21 +33,11 @@ if TYPE_CHECKING:  # seldom met
 log = logging.getLogger("meshopt")
 
 
-def report_on(
-    path: Path,
-    names: tuple[str, ...] = (),
-    all_measures: bool = False,
-    regions: tuple[str, ...] = (),
-    input_format: str | None = None,
-    max_size: int | None = None,
-    marked: Path | None = None,
-    with_histograms: bool = False,
-    metric: Asked | None = None,
-    with_pictures: bool = False,
-) -> Report:
-    """The figures of the mesh in a file; what they leave out is logged as a warning.
+@dataclass(frozen=True)
+class Wanted:
+    """What a report on a mesh is to tell.
 
-    Parameters
+    Attributes
     ----------
     names : tuple of str
         Measures, what is told of all cells by each; the first that is a Q ranks them in Table
@@ -56,17 +46,49 @@ def report_on(
         Whether the worst Q by every measure is wanted.
     regions : tuple of str
         Arrays that make regions, if not all tags do: what lies between regions is boundary.
-
-    input_format, max_size : optional
-        See `formats.read`.
     marked : Path, optional
         Where the mesh goes with its quality on the cells.
     with_histograms : bool
         Whether the values of the measures are put into bins.
     metric : Asked, optional
         The metric that the mesh is judged by.
+    max_size : int, optional
+        See `formats.read`: for the file of the metric, too.
     with_pictures : bool
-        Whether it is drawn, where there is what draws it.
+        Whether the mesh is drawn, where there is what draws it.
+    """
+
+    names: tuple[str, ...] = ()
+    all_measures: bool = False
+    regions: tuple[str, ...] = ()
+    marked: Path | None = None
+    with_histograms: bool = False
+    metric: Asked | None = None
+    max_size: int | None = None
+    with_pictures: bool = False
+
+
+def report_on(path: Path, wanted: Wanted = Wanted(), input_format: str | None = None) -> Report:
+    """The figures of the mesh in a file; see `report_on_mesh`.
+
+    Raises
+    ------
+    ReadError
+        The file cannot be read.
+    """
+    if wanted.marked is not None:
+        formats.encoding_for(wanted.marked)  # what is wrong is said before the mesh is read
+    mesh, source = formats.read(path, input_format, wanted.max_size)
+    return report_on_mesh(mesh, source, wanted)
+
+
+def report_on_mesh(mesh: Mesh, source: Source, wanted: Wanted) -> Report:
+    """The figures of a mesh; what they leave out is logged as a warning.
+
+    Parameters
+    ----------
+    source : Source
+        Where it comes from: errors name it.
 
     Raises
     ------
@@ -77,34 +99,32 @@ def report_on(
     BadMeshError, UnsupportedMeshError
         There are no cells in it to measure, or none that has the measure.
     """
-    encoding = None if marked is None else formats.encoding_for(marked)
-    mesh, source = formats.read(path, input_format, max_size)
+    path = source.path
     with naming(path):
         if not check(mesh, READABLE).is_valid:
             raise BadMeshError("the mesh is not valid: see meshopt check")
         require_range(mesh)
-        mesh = with_asked_regions(path, mesh, regions)
+        mesh = with_asked_regions(path, mesh, wanted.regions)
         part = measurable(mesh)
-        others = tuple(OF_SIMPLICES.values()) if all_measures else ()
-        measures = measures_named(names)
+        others = tuple(OF_SIMPLICES.values()) if wanted.all_measures else ()
+        measures = measures_named(wanted.names)
         measure = table_measure(measures, MEASURES[DEFAULT_MEASURE])
         summary = summarize_mesh(mesh, part, measure, others)
         summary = naming_cells(summary, source, mesh)
-        found = statistics(part, measures, with_histograms)
+        found = statistics(part, measures, wanted.with_histograms)
         judged = None
-        if metric is not None:
+        if wanted.metric is not None:
             from .metric import judge_by, with_judged  # seldom needed
 
-            judged = judge_by(metric, mesh, source, part, measure, max_size)
+            judged = judge_by(wanted.metric, mesh, source, part, measure, wanted.max_size)
         made = regions_in(mesh)
-        if encoding is not None:
-            mesh = with_quality(mesh, measure, [m for m in measures if m is not measure])
-            mesh = with_judged(mesh, judged) if judged else mesh
-    if marked is not None and encoding is not None:
-        formats.write(marked, mesh, encoding)
+    if wanted.marked is not None:
+        marked = with_quality(mesh, measure, [m for m in measures if m is not measure])
+        marked = with_judged(marked, judged) if judged else marked
+        formats.write(wanted.marked, marked, formats.encoding_for(wanted.marked))
     idle = {m.name for m in measures if not m.ways.keys() & part.cells.keys()}
     notes = part.notes
-    if asked := [name for name in names if name in idle]:
+    if asked := [name for name in wanted.names if name in idle]:
         notes = (f"no cell has the measure {', '.join(asked)}", *notes)
     for note in notes:
         log.warning("%s: %s", path, note)
@@ -113,7 +133,7 @@ def report_on(
         notes=notes,
         metric=judged.summary if judged else None,
     )  # fmt: skip
-    if with_pictures:
+    if wanted.with_pictures:
         from .illustrate import illustrated  # seldom needed
 
         return illustrated(report, [mesh])

@@ -27,7 +27,7 @@ from ..quality.measurable import measurable
 from ..quality.measures import DEFAULT_MEASURE, Measure
 from ..quality.verdict.table import every_measure
 from ..quality.worst import worst_rows
-from ..report.rows import figure, value
+from ..reports.rows import figure, value
 from ..validity import check
 from .admission import READABLE, require_range
 from .report import cell_name

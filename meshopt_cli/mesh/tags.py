@@ -32,6 +32,8 @@ METRIC = f"{OWN}metric"  # on points, while a metric drives the work
 # half-space; a vector of zeros says nothing.
 HELD = f"{OWN}fixed"
 ALONG, WITHIN, LIMIT = TOLD = (f"{OWN}along", f"{OWN}within", f"{OWN}limit")
+# Members of the sets that a mesh in memory has of its cells and points.
+SET = "set:"
 # Flags of vertices that stay.
 STAY = (CORNER, REQUIRED, HELD)
 # Vectors at some of the vertices.

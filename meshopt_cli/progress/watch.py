@@ -91,7 +91,7 @@ class Watch:
     def stood(self, standing: Standing, round: int = 0) -> None:
         self._worst = 1.0 / standing.worst if standing.worst > 0.0 else math.inf
         self._round = round or self._round
-        self._done = self._total
+        self._done = self._total = max(self._total, 1)
         self._tell()
 
     def _tell_at_times(self) -> None:

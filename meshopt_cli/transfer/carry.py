@@ -33,6 +33,7 @@ from ..mesh.tags import (
     PARAMETRIC,
     REF,
     REQUIRED,
+    SET,
     TAG_NAMES,
     TANGENT,
     WITHIN,
@@ -45,6 +46,10 @@ from .places import cells_at
 # What goes with the vertex, not with the place, and what a new vertex gets.
 VERTEX_TAGS = {REF: 0, DIM_TAGS: 0, CORNER: 0, REQUIRED: 0, NORMAL: np.nan, TANGENT: np.nan}
 VERTEX_TAGS |= {PARAMETRIC: np.nan, HELD: 0, ALONG: 0, WITHIN: 0, LIMIT: 0}
+
+
+def _goes_with_vertex(name: str) -> bool:
+    return name in VERTEX_TAGS or name.startswith(SET)
 
 
 # Nodes of the input, and the share of each, that make the value in a place of a cell: from the
@@ -60,10 +65,11 @@ def linear(cells: Array, weights: Array) -> tuple[Array, Array]:
 def tags_only(mesh: Mesh, regions: tuple[str, ...]) -> Mesh:
     """The mesh without any arrays but tags: those that make regions, and those of formats."""
     tags = {*TAG_NAMES, *FLAGS, *regions}
-    kept = {*VERTEX_TAGS, METRIC}
-    point_data = {n: values for n, values in mesh.point_data.items() if n in kept}
+    point_data = {
+        n: values for n, values in mesh.point_data.items() if n == METRIC or _goes_with_vertex(n)
+    }
     blocks = [
-        replace(block, data={n: values for n, values in block.data.items() if n in tags})
+        replace(block, data={n: a for n, a in block.data.items() if n in tags or n.startswith(SET)})
         for block in mesh.blocks
     ]
     return replace(mesh, point_data=point_data, blocks=blocks, fields={})
@@ -128,11 +134,11 @@ def carry_on_points(
     names = [name for name in mesh.point_data if name not in dropped]
     carried = {name: mesh.point_data[name][origin] for name in names}
     for name in names:
-        if name in VERTEX_TAGS:
-            carried[name][origin < 0] = VERTEX_TAGS[name]
+        if _goes_with_vertex(name):
+            carried[name][origin < 0] = VERTEX_TAGS.get(name, 0)
     if PARAMETRIC in carried:  # true of the place that a point was in
         carried[PARAMETRIC][_is_moved(mesh, result, origin)] = np.nan
-    fields = [name for name in names if name not in VERTEX_TAGS]
+    fields = [name for name in names if not _goes_with_vertex(name)]
     if fields:
         rows, nodes, shares = _sources(mesh, result, before, origin, interpolation)
         nearest = np.take_along_axis(nodes, shares.argmax(axis=1)[:, None], axis=1)[:, 0]

@@ -5,7 +5,7 @@ import io
 
 import pytest
 
-from meshopt_cli.jobs.report import report_on
+from meshopt_cli.jobs.report import Wanted, report_on
 from meshopt_cli.quality.measures import MEASURES
 from support.corners import tri_quad_grid
 from support.edits import shaken
@@ -62,7 +62,7 @@ def test_lines_of_both_in_csv(meshopt, triangles, other):
         (str(triangles), "before"), (str(other), "after"),
     ]  # fmt: skip
     for row, path in zip(rows, (triangles, other), strict=True):
-        one = report_on(path, ("corner-min",))
+        one = report_on(path, Wanted(("corner-min",)))
         assert float(row["Q_T"]) == pytest.approx(worst_of(path))
         assert float(row["corner-min triangle least"]) == one.statistics[0].least
         assert float(row["tau"]) > 0.0

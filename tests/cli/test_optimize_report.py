@@ -11,7 +11,7 @@ import pytest
 from meshopt_cli import __version__, formats
 from meshopt_cli.passes import PASSES
 from meshopt_cli.quality.measures import DEFAULT_MEASURE, OF_SIMPLICES
-from meshopt_cli.report.rows import HEADINGS
+from meshopt_cli.reports.rows import HEADINGS
 from support.files import strict, worst_of
 from support.processes import ESCAPE
 from support.reports import FILE_KEYS, PASS_KEYS, TOP_KEYS, check_summary

@@ -13,12 +13,12 @@ from meshopt_cli.cli.main import main
 from meshopt_cli.errors import ConfigError
 from meshopt_cli.jobs.optimize_file import FileTask, optimize_file
 from meshopt_cli.jobs.optimize_mesh import Task
-from meshopt_cli.jobs.report import report_on
+from meshopt_cli.jobs.report import Wanted, report_on
 from meshopt_cli.plans.config import Request, plan_for
 from meshopt_cli.plans.presets import PRESETS
 from meshopt_cli.quality.measures import OF_SIMPLICES
-from meshopt_cli.report.outputs import CHECK_OUTPUTS, NORMAL, OUTPUTS, SUFFIXES, output_of
-from meshopt_cli.report.verdict import Verdict
+from meshopt_cli.reports.outputs import CHECK_OUTPUTS, NORMAL, OUTPUTS, SUFFIXES, output_of
+from meshopt_cli.reports.verdict import Verdict
 from support.broken import BROKEN
 from support.files import write
 from support.meshes import in_space, tri_grid
@@ -43,7 +43,7 @@ def bad(tmp_path):
 
 def of(path, row, *words):
     """The text of a report on a file, straight from the row, made by some words."""
-    one = report_on(path, all_measures=row.all_measures, with_pictures=row.pictures)
+    one = report_on(path, Wanted(all_measures=row.all_measures, with_pictures=row.pictures))
     return row.text([replace(one, command=shlex.join(map(str, ("meshopt", "report", *words))))])
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from meshopt_cli import formats
 from meshopt_cli.formats import FORMATS
-from meshopt_cli.repair import MENDS
+from meshopt_cli.repairs import MENDS
 from support.broken import BROKEN, VALID
 from support.edits import declaring, halves, torn, without
 from support.files import strict, untouched, write

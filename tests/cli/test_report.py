@@ -8,7 +8,7 @@ import pytest
 
 from meshopt_cli import formats
 from meshopt_cli.quality.measures import OF_SIMPLICES
-from meshopt_cli.report.rows import HEADINGS
+from meshopt_cli.reports.rows import HEADINGS
 from support.files import strict, worst_of, write
 from support.meshes import in_space, tet_grid, tri_grid
 from support.refused import bad_mesh

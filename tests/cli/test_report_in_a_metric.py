@@ -10,7 +10,7 @@ import pytest
 from meshopt_cli.formats.medit_sol import SCALAR, TENSOR, VECTOR, Solution, write_sol
 from meshopt_cli.jobs.metric import ARRAYS
 from meshopt_cli.metric.field import VTK, components, from_array
-from meshopt_cli.report.metric import CSV_HEADINGS
+from meshopt_cli.reports.metric import CSV_HEADINGS
 from support.edits import shaken
 from support.files import strict, write
 from support.meshes import hex_grid, in_space, octahedron, tet_grid, tri_grid

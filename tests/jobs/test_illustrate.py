@@ -6,10 +6,10 @@ import pytest
 from meshopt_cli.jobs.illustrate import SIDE, WIDTH
 from meshopt_cli.jobs.optimize_file import FileTask, optimize_file
 from meshopt_cli.jobs.optimize_mesh import Task
-from meshopt_cli.jobs.report import compared, report_on
+from meshopt_cli.jobs.report import Wanted, compared, report_on
 from meshopt_cli.pictures import library
 from meshopt_cli.plans.config import Request
-from meshopt_cli.report.html import to_html
+from meshopt_cli.reports.html import to_html
 from support.corners import tri_quad_grid
 from support.edits import shaken
 from support.files import write
@@ -24,6 +24,8 @@ MESHES = {
     "tets": shaken(tet_grid(3)),
     "hexahedra": shaken(hex_grid(3), 0.1),
 }
+
+DRAWN = Wanted(with_pictures=True)
 
 
 def check(pictures, n, is_surface=False):
@@ -47,13 +49,13 @@ def check(pictures, n, is_surface=False):
 @pytest.mark.parametrize("name", MESHES)
 def test_a_mesh_and_its_worst_cells(tmp_path, name):
     path = write(tmp_path / "a.vtk", MESHES[name])
-    report = report_on(path, with_pictures=True)
+    report = report_on(path, DRAWN)
     check(report.pictures, 1, name == "surface")
     (worst,) = report.pictures.worst
     names = [one.cell for one in report.before.worst_cells]
     assert [picture.words.split(", Q")[0] for picture in worst] == names
     assert len(to_html([report])) < MOST
-    assert report == report_on(path, with_pictures=True)
+    assert report == report_on(path, DRAWN)
     assert report_on(path).pictures is None
 
 
@@ -74,7 +76,7 @@ def test_before_and_after_a_run(tmp_path, name):
 @needs_pictures
 def test_both_sides_of_both_surfaces(tmp_path):
     path = write(tmp_path / "a.vtk", MESHES["surface"])
-    one = report_on(path, with_pictures=True)
+    one = report_on(path, DRAWN)
     both = compared(one, one)
     check(both.pictures, 2, True)
     page = to_html([both])
@@ -98,7 +100,7 @@ def test_cells_that_have_no_name_have_no_picture(tmp_path):
 def test_without_the_extra_a_report_says_so(tmp_path, monkeypatch):
     monkeypatch.setattr(library, "find_spec", lambda name: None)
     path = write(tmp_path / "a.vtk", MESHES["tets"])
-    report = report_on(path, with_pictures=True)
+    report = report_on(path, DRAWN)
     assert report.pictures.wholes == ()
     assert report.pictures.missing == library.missing()
     page = to_html([compared(report, report)])

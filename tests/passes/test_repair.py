@@ -8,7 +8,7 @@ from meshopt_cli.errors import BadMeshError
 from meshopt_cli.jobs import optimize as job
 from meshopt_cli.passes.repair import Repair
 from meshopt_cli.plans.config import Request, plan_for
-from meshopt_cli.repair import MENDS
+from meshopt_cli.repairs import MENDS
 from meshopt_cli.validity import check
 from support.broken import BROKEN
 from support.edits import shaken, torn

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from meshopt_cli.jobs.report import report_on
+from meshopt_cli.jobs.report import Wanted, report_on
 from meshopt_cli.quality.measures import DEGREES, NUMBER
 from meshopt_cli.quality.statistics import MOST_SPAN, N_BINS, Histogram, histogram_of
 
@@ -54,7 +54,7 @@ def test_values_that_are_all_one_have_one_bin():
 def test_histograms_are_made_where_they_are_asked_for(samples):
     path = samples / "tangled.vtk"
     for asked in (False, True):
-        (one,) = report_on(path, ("aspect-ratio",), with_histograms=asked).statistics
+        (one,) = report_on(path, Wanted(("aspect-ratio",), with_histograms=asked)).statistics
         assert (one.histogram is not None) == asked
     assert one.n_infinite
     assert sum(one.histogram.counts) == one.n_cells - one.n_infinite

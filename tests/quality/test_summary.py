@@ -12,8 +12,8 @@ from meshopt_cli.mesh.cast import cast
 from meshopt_cli.quality.measures import OF_SIMPLICES, measure_named
 from meshopt_cli.quality.summary import RANKS, histogram, summarize
 from meshopt_cli.quality.target import forced_angles
-from meshopt_cli.report.json import to_json
-from meshopt_cli.report.rows import percent_row
+from meshopt_cli.reports.json import to_json
+from meshopt_cli.reports.rows import percent_row
 from support.meshes import mesh, tet_grid, tri_grid
 from support.reports import INFINITE, ranks, report, summary
 from support.samples import sample

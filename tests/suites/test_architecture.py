@@ -23,10 +23,10 @@ ROOMS = {
     "llvmlite": ("compiled/cache.py", "compiled/jit.py", "compiled/native.py"),
     "click": ("cli",),
     "tqdm": ("progress/lines.py",),
-    "rich": ("cli", "report", "progress/lines.py"),
+    "rich": ("cli", "reports", "progress/lines.py"),
     "matplotlib": ("pictures/plane.py", "pictures/sheet.py"),
     "PIL": ("pictures/sheet.py",),
-    "pyvista": ("pictures/solid.py",),
+    "pyvista": ("api/accessor.py", "formats/memory/grids.py", "pictures/solid.py"),
     "vtkmodules": ("pictures/solid.py",),
 }
 KERNELS_MAY = {"__future__", "math", "enum", "typing", "numpy"}
@@ -44,7 +44,7 @@ MAY = {
     "quality": {"cells", "cores", "errors", "kernels", "mesh"},
     "metric": {"cells", "errors", "mesh", "quality"},
     "validity": {"cells", "elements", "errors", "kernels", "mesh", "quality"},
-    "repair": {"cells", "elements", "errors", "mesh", "validity"},
+    "repairs": {"cells", "elements", "errors", "mesh", "validity"},
     "boundary": {"cells", "errors", "kernels", "mesh"},
     "constraints": {"cells", "errors", "kernels", "mesh"},
     "transfer": {"cells", "kernels", "mesh", "metric"},
@@ -55,15 +55,17 @@ MAY = {
     "progress": {"passes", "work"},
     "files": {"errors"},
     "formats": {"cells", "errors", "files", "mesh"},
-    "report": {"cells", "errors", "files", "mesh", "metric", "quality", "validity"},
+    "reports": {"cells", "errors", "files", "mesh", "metric", "quality", "validity"},
     "pictures": {"cells", "errors", "mesh", "quality"},
     "jobs": {"boundary", "cells", "constraints", "cores", "errors", "files", "formats", "kernels",
-             "mesh", "metric", "passes", "pictures", "plans", "quality", "repair", "report",
+             "mesh", "metric", "passes", "pictures", "plans", "quality", "repairs", "reports",
              "transfer", "validity", "work"},
+    "api": {"compiled", "errors", "formats", "jobs", "mesh", "metric", "passes", "plans",
+            "progress", "quality", "repairs", "reports", "warmup"},
     "cli": {"compiled", "errors", "files", "formats", "jobs", "memory", "passes",
-            "plans", "progress", "quality", "repair", "report", "validity", "warmup"},
+            "plans", "progress", "quality", "repairs", "reports", "validity", "warmup"},
     "__main__": {"cli"},
-    "__init__": set(),
+    "__init__": {"api", "errors", "progress"},
 }  # fmt: skip
 
 

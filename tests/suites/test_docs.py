@@ -16,7 +16,7 @@ from meshopt_cli.cli.main import main
 from meshopt_cli.formats import FORMATS
 from meshopt_cli.quality.gates import FIGURES
 from meshopt_cli.quality.measures import MEASURES
-from meshopt_cli.repair import MENDS
+from meshopt_cli.repairs import MENDS
 from meshopt_cli.validity import RULES
 from support.samples import ROOT
 

@@ -10,7 +10,7 @@ from meshopt_cli.cells import FAMILIES
 from meshopt_cli.mesh.cast import cast
 from meshopt_cli.quality.measures import DEFAULT_MEASURE, OF_SIMPLICES, cell_quality
 from meshopt_cli.quality.summary import Summary
-from meshopt_cli.report.model import FileFacts, PassFacts, Report
+from meshopt_cli.reports.model import FileFacts, PassFacts, Report
 
 INFINITE = math.inf
 

@@ -42,7 +42,7 @@ def _code(values: Array) -> str:
     return f"{values.dtype.kind}{values.dtype.itemsize}"
 
 
-def _vertices(mesh: Mesh) -> list[Array]:
+def vertices_of(mesh: Mesh) -> list[Array]:
     """The cells of each block, in VTK's order of their vertices."""
     orders = [ORDER.get(NUMBERS[block.type]) for block in mesh.blocks]
     return [
@@ -56,22 +56,22 @@ def _of_all(mesh: Mesh, values: list[int], kind: str) -> Array:
     return np.repeat(np.array(values, kind), [len(block.cells) for block in mesh.blocks])
 
 
-def _ends(mesh: Mesh) -> Array:
+def ends_of(mesh: Mesh) -> Array:
     """Where each cell ends in the row of all vertices."""
     return np.cumsum(_of_all(mesh, [block.cells.shape[1] for block in mesh.blocks], "i8"))
 
 
-def _types(mesh: Mesh, kind: str) -> Array:
+def types_of(mesh: Mesh, kind: str) -> Array:
     return _of_all(mesh, [NUMBERS[block.type] for block in mesh.blocks], kind)
 
 
-def _cell_data(mesh: Mesh) -> dict[str, Array]:
+def cell_data_of(mesh: Mesh) -> dict[str, Array]:
     """The arrays of all cells: every block has the same."""
     names = mesh.blocks[0].data if mesh.blocks else {}
     return {name: np.concatenate([b.data[name] for b in mesh.blocks]) for name in names}
 
 
-def _row(parts: list[Array]) -> Array:
+def in_a_row(parts: list[Array]) -> Array:
     return np.concatenate([part.ravel() for part in parts]) if parts else np.empty(0, np.int64)
 
 
@@ -89,7 +89,7 @@ def write_vtk(path: Path, mesh: Mesh, encoding: Encoding) -> None:
         legacy = _Legacy(stream, encoding.binary, version)
         legacy.mesh(mesh)
         legacy.fields(mesh.fields)  # where Gmsh does not look, which stops at them
-        legacy.data("CELL_DATA", sum(len(b.cells) for b in mesh.blocks), _cell_data(mesh))
+        legacy.data("CELL_DATA", sum(len(b.cells) for b in mesh.blocks), cell_data_of(mesh))
         legacy.data("POINT_DATA", len(mesh.points), mesh.point_data)
 
 
@@ -122,11 +122,11 @@ class _Legacy:
         """Points and cells."""
         self.say(f"POINTS {len(mesh.points)} {self.names[_code(mesh.points)]}")
         self.numbers(mesh.points)
-        vertices = _vertices(mesh)
+        vertices = vertices_of(mesh)
         n, size = sum(map(len, vertices)), sum(part.size for part in vertices)
         if self.new:
             self.say(f"CELLS {n + 1} {size}\nOFFSETS vtktypeint64")
-            self.numbers(np.append(0, _ends(mesh)))
+            self.numbers(np.append(0, ends_of(mesh)))
             self.say("CONNECTIVITY vtktypeint64")
             self.numbers(*vertices)
         else:
@@ -134,7 +134,7 @@ class _Legacy:
             counted = (np.insert(part, 0, part.shape[1], axis=1) for part in vertices)
             self.numbers(*(part.astype(np.int32) for part in counted))
         self.say(f"CELL_TYPES {n}")
-        self.numbers(_types(mesh, "i4"))
+        self.numbers(types_of(mesh, "i4"))
 
     def data(self, keyword: str, n: int, arrays: dict[str, Array]) -> None:
         """The arrays of points, or of cells."""
@@ -161,10 +161,10 @@ def write_vtu(path: Path, mesh: Mesh, encoding: Encoding) -> None:
     if encoding.compressed:
         says += ' compressor="vtkZLibDataCompressor"'
     n = sum(len(block.cells) for block in mesh.blocks)
-    cells = {"connectivity": _row(_vertices(mesh)), "offsets": _ends(mesh)}
-    cells["types"] = _types(mesh, "u1")
+    cells = {"connectivity": in_a_row(vertices_of(mesh)), "offsets": ends_of(mesh)}
+    cells["types"] = types_of(mesh, "u1")
     sections = {"Points": {"Points": mesh.points}, "Cells": cells}
-    sections |= {"PointData": mesh.point_data, "CellData": _cell_data(mesh)}
+    sections |= {"PointData": mesh.point_data, "CellData": cell_data_of(mesh)}
     with path.open("wb") as stream:
         stream.write(f'<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" {says}>\n'.encode())
         stream.write(b"<UnstructuredGrid>\n")

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 
 from meshopt_cli.cli import output, terminal
-from meshopt_cli.report.outputs import NORMAL, OUTPUTS, Manner
-from meshopt_cli.report.rows import (
+from meshopt_cli.reports.outputs import NORMAL, OUTPUTS, Manner
+from meshopt_cli.reports.rows import (
     HEADINGS,
     closing_lines,
     count_row,
@@ -17,7 +17,7 @@ from meshopt_cli.report.rows import (
     pass_rows,
     percent_row,
 )
-from meshopt_cli.report.table import BAR_WIDTH, BLOCKS, PLAIN_BLOCKS, bar, to_text
+from meshopt_cli.reports.table import BAR_WIDTH, BLOCKS, PLAIN_BLOCKS, bar, to_text
 from support.reports import OF_A_RUN, both_kinds, ranks, report, summary
 
 

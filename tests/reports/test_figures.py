@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from meshopt_cli.report.rows import (
+from meshopt_cli.reports.rows import (
     HEADINGS,
     closing_lines,
     count_row,

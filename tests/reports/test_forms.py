@@ -10,11 +10,11 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from meshopt_cli.errors import shown
-from meshopt_cli.report.csv import to_csv
-from meshopt_cli.report.json import to_json
-from meshopt_cli.report.markdown import to_markdown
-from meshopt_cli.report.model import FileFacts
-from meshopt_cli.report.rows import (
+from meshopt_cli.reports.csv import to_csv
+from meshopt_cli.reports.json import to_json
+from meshopt_cli.reports.markdown import to_markdown
+from meshopt_cli.reports.model import FileFacts
+from meshopt_cli.reports.rows import (
     HEADINGS,
     closing_lines,
     count_row,

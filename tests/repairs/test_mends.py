@@ -14,8 +14,8 @@ from meshopt_cli.mesh.model import Block, Mesh
 from meshopt_cli.mesh.orientation import turned
 from meshopt_cli.mesh.periodic import Link
 from meshopt_cli.mesh.sizes import contents
-from meshopt_cli.repair import MENDS, repair
-from meshopt_cli.repair.closing import cell_within
+from meshopt_cli.repairs import MENDS, repair
+from meshopt_cli.repairs.closing import cell_within
 from meshopt_cli.validity import RULES, check
 from support.broken import BROKEN, CUBE, VALID
 from support.curved import of_second_order

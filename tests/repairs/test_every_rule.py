@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from meshopt_cli.cli.entry import status_of
-from meshopt_cli.repair import MENDS
+from meshopt_cli.repairs import MENDS
 from meshopt_cli.validity import RULES
 from support.broken import BROKEN
 from support.curved import bulging, disc, of_second_order

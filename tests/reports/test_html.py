@@ -12,16 +12,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from meshopt_cli.errors import shown
-from meshopt_cli.jobs.report import report_on
+from meshopt_cli.jobs.report import Wanted, report_on
 from meshopt_cli.mesh.tags import Regions
 from meshopt_cli.quality.census import Census, Degrees
 from meshopt_cli.quality.room import Place, Room
 from meshopt_cli.quality.statistics import Histogram, Statistic
 from meshopt_cli.quality.worst import WorstCell
-from meshopt_cli.report.html import to_html
-from meshopt_cli.report.metric import length_rows, metric_lines
-from meshopt_cli.report.model import FileFacts, Picture, Pictures
-from meshopt_cli.report.rows import HEADINGS, count_row, named_rows, pass_rows, percent_row
+from meshopt_cli.reports.html import to_html
+from meshopt_cli.reports.metric import length_rows, metric_lines
+from meshopt_cli.reports.model import FileFacts, Picture, Pictures
+from meshopt_cli.reports.rows import HEADINGS, count_row, named_rows, pass_rows, percent_row
 from support.edits import shaken
 from support.meshes import tet_grid
 from support.metrics import judged, of_matrices
@@ -340,10 +340,8 @@ def test_no_cells_make_a_page():
 def test_a_page_of_files(samples):
     """Of a mesh in a plane, one with quads, and one with cells turned the wrong way."""
     names = ("plate.vtu", "quadtree.vtk", "tangled.vtk")
-    ones = [
-        report_on(samples / name, ("edge-ratio", "corner-min"), True, with_histograms=True)
-        for name in names
-    ]
+    wanted = Wanted(("edge-ratio", "corner-min"), all_measures=True, with_histograms=True)
+    ones = [report_on(samples / name, wanted) for name in names]
     source = to_html(ones)
     page = Page(source)
     assert page.tags.count("article") == 3
