@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from .version import __version__
+
 if TYPE_CHECKING:
     from .api.calls import check, optimize, repair, report
     from .api.meshes import Mesh, read, write
@@ -22,8 +24,6 @@ if TYPE_CHECKING:
     )
     from .progress.lines import rich_progress, tqdm_progress
     from .progress.watch import Progress
-
-__version__ = "0.1.0"
 
 _PLACES = {
     "api.calls": ("check", "optimize", "repair", "report"),

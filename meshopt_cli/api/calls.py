@@ -22,7 +22,7 @@ from .results import Appraisal, Repaired, Report, Result
 if TYPE_CHECKING:
     import numpy as np
 
-    from ..passes import Observer
+    from ..progress.observer import Observer
     from ..progress.watch import Progress
 
 log = logging.getLogger("meshopt")
@@ -142,7 +142,7 @@ def optimize(
     })  # fmt: skip
     from ..jobs.optimize_file import named_in
     from ..jobs.optimize_mesh import optimize_mesh, settled, task_of
-    from ..passes import SILENT, Stage
+    from ..progress.observer import SILENT, Stage
     from ..progress.watch import Watch
 
     settings = settled(

@@ -7,7 +7,6 @@ import os
 
 import click
 
-from .. import __version__
 from ..errors import (
     EXIT_BAD_MESH,
     EXIT_DONE,
@@ -21,6 +20,7 @@ from ..errors import (
     hint,
 )
 from ..memory import FOR_NUMPY, require_memory
+from ..version import __version__
 
 STATUSES = {
     EXIT_DONE: "done",

@@ -20,11 +20,12 @@ from ..mesh.cast import Simplices, cast, with_simplices
 from ..mesh.model import Mesh, main_blocks, main_type
 from ..mesh.second_order import SecondOrder, is_second_order, separated
 from ..mesh.tags import Regions, tags_of
-from ..passes import SILENT, Observer, Stage, Tally
+from ..passes import Tally
 from ..plans.improve import Worked, improve
 from ..plans.pipeline import Pipeline
 from ..plans.stages import Line
 from ..plans.stop import TANGLED
+from ..progress.observer import SILENT, Observer, Stage
 from ..quality.measures import OF_SIMPLICES, Measure
 from ..quality.summary import Summary, summarize
 from ..quality.target import forced_angles
@@ -319,6 +320,10 @@ def restore(prepared: Prepared, worked: Worked, with_data: bool = True) -> Resto
     """
     source, mesh, part = prepared.source, prepared.mesh, prepared.part
     tangle, second = prepared.tangle, prepared.second
+    if tangle is None and _is_untouched(part, worked):
+        if not with_data:
+            source, mesh = (tags_only(one, prepared.regions.arrays) for one in (source, mesh))
+        return Restored(source.numbered_anew(), mesh, np.arange(len(source.points)))
     if tangle and worked.stopped == TANGLED:
         raise InvalidMeshError("it could not be untangled: nothing written", source, tangle)
     result = with_simplices(mesh, worked.part, worked.origin, part)
@@ -340,6 +345,16 @@ def restore(prepared: Prepared, worked: Worked, with_data: bool = True) -> Resto
     if lost:
         log.warning("arrays that do not follow the cells are dropped: %s", ", ".join(lost))
     return Restored(result, corners, origin, tuple(f"the array {name}" for name in lost))
+
+
+def _is_untouched(part: Simplices, worked: Worked) -> bool:
+    """Whether the work left everything as it was."""
+    after = worked.part
+    return (
+        np.array_equal(worked.origin, np.arange(len(part.points)))
+        and np.array_equal(after.cells, part.cells)
+        and np.array_equal(after.points, part.points)
+    )
 
 
 def prove(

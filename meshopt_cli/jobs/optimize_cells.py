@@ -18,10 +18,11 @@ from ..mesh.any_cells import AnyCells, cast_any, points_left, with_cells
 from ..mesh.cast import Simplices
 from ..mesh.model import Block, Mesh
 from ..mesh.tags import regions_in
-from ..passes import SILENT, Observer, Stage, Tally
+from ..passes import Tally
 from ..plans.pipeline import Pipeline
 from ..plans.stages import Line, Outcome
 from ..plans.stop import NOTHING_TO_GAIN, TANGLED
+from ..progress.observer import SILENT, Observer, Stage
 from ..quality.families import summarize_mesh
 from ..quality.measurable import measurable
 from ..quality.measures import OF_SIMPLICES, Measure

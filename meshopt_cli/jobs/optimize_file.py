@@ -13,7 +13,7 @@ from ..errors import ConfigError
 from ..files.places import require_writable
 from ..formats import PIPE, Encoding, Source, Written
 from ..formats.medit_sol import is_sol
-from ..passes import SILENT, Observer, Stage
+from ..progress.observer import SILENT, Observer, Stage
 from ..reports.model import Report
 from .optimize import Result
 from .optimize_mesh import Optimized, Prepare, Task, optimize_mesh, settled

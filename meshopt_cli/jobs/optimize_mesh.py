@@ -13,10 +13,11 @@ from ..constraints.grammar import KeepOff, keep_offs
 from ..errors import EXIT_BAD_MESH, BadMeshError, ConfigError, UnsupportedMeshError, chosen, naming
 from ..mesh.any_cells import is_of_any_cells
 from ..mesh.model import Mesh
-from ..passes import PASSES, SILENT, Observer
+from ..passes import PASSES
 from ..plans.config import Plan, Request, plan_for
 from ..plans.pipeline import Pipeline
 from ..plans.presets import ADAPT
+from ..progress.observer import SILENT, Observer
 from ..reports.verdict import Verdict
 from ..validity import meant
 from ..work.kinds import CELLS, FACES, SIMPLICES

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from .. import __version__, formats
+from .. import formats
 from ..errors import EXIT_BAD_MESH, EXIT_DONE, naming
 from ..files.places import require_writable
 from ..formats import Source
@@ -13,6 +13,7 @@ from ..mesh.model import Mesh
 from ..repairs import repair
 from ..reports.repair import RepairReport
 from ..validity import Report, check
+from ..version import __version__
 from .findings import verdict_on
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .. import __version__, formats
+from .. import formats
 from ..cells import family_of
 from ..errors import BadMeshError, ConfigError, naming, shown
 from ..formats import Numbering, Source, Written
@@ -22,6 +22,7 @@ from ..quality.summary import Summary
 from ..quality.worst import WorstCell
 from ..reports.model import FileFacts, PassFacts, Report
 from ..validity import check
+from ..version import __version__
 from .admission import READABLE, require_range
 from .optimize import Result
 from .quality_arrays import with_quality

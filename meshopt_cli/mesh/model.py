@@ -96,6 +96,12 @@ class Mesh:
         """Greatest dimension of the cells, second-order ones included; -1 without cells."""
         return max((dimension_of(b.type) for b in self.blocks if len(b.cells)), default=-1)
 
+    def numbered_anew(self) -> Mesh:
+        """The mesh in a new file, where its points and cells follow each other."""
+        blocks = [block if block.numbers is None else replace(block, numbers=None)
+                  for block in self.blocks]  # fmt: skip
+        return replace(self, blocks=blocks, numbers=None)
+
     def with_points(self, kept: Array, number: Array, blocks: list[Block]) -> Mesh:
         """The mesh with some of its points only, and blocks that have the numbers of these.
 

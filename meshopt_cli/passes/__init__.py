@@ -19,7 +19,6 @@ from .smooth import Smooth
 from .split import Split
 from .swap import Swap
 from .untangle import Untangle
-from .watch import SILENT, CancelledError, Observer, OutOfTimeError, Silent, Stage, StoppedError
 
 PASSES: dict[str, type[Pass]] = {
     p.name: p
@@ -53,17 +52,10 @@ def option_rows(name: str) -> list[tuple[str, str, str]]:
 
 __all__ = [
     "PASSES",
-    "SILENT",
     "UNLIMITED",
     "Budget",
-    "CancelledError",
-    "Observer",
     "Operator",
-    "OutOfTimeError",
     "Pass",
-    "Silent",
-    "Stage",
-    "StoppedError",
     "Tally",
     "Work",
     "option_rows",

@@ -11,10 +11,10 @@ import numpy as np
 
 from ..errors import ConfigError
 from ..kernels import accept as rules
+from ..progress.observer import SILENT, Observer
 from ..work.kinds import SIMPLICES
 from ..work.session import Workspace
 from .run import UNLIMITED, Budget, Run, Tally, Work
-from .watch import SILENT, Observer
 
 Array = np.ndarray
 
@@ -125,6 +125,7 @@ class Pass:
             The observer or the budget ends it; the mesh is whole.
         """
         run = Run(Tally(self.name), observer, budget)
+        observer.started(self.name, 0)
         start = time.perf_counter()
         before = None if isinstance(work, Workspace) else work.mesh.points.copy()
         self.sweep(work, run)

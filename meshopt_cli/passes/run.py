@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from ..kernels.types import N_VERDICTS, Verdict
+from ..progress.observer import CancelledError, Observer, OutOfTimeError
 from ..work.session import Workspace
 from ..work.visits import chunks
-from .watch import CancelledError, Observer, OutOfTimeError
 
 if TYPE_CHECKING:  # seldom met, and their kernels take their time to load
     from ..work.cells import CellWork

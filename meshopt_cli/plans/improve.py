@@ -16,7 +16,7 @@ from ..boundary.patches import Patches
 from ..constraints.model import Constraints
 from ..kernels.types import Judge
 from ..mesh.cast import Simplices
-from ..passes import SILENT, Observer
+from ..progress.observer import SILENT, Observer
 from ..work.background import Background
 from ..work.bounds import Bounds
 from ..work.session import Workspace

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from ..passes import SILENT, Budget, CancelledError, Observer, Pass, StoppedError, Work
+from ..passes import Budget, Pass, Work
 from ..passes.check import Check
 from ..passes.confine import Confine
 from ..passes.repair import Repair
+from ..progress.observer import SILENT, CancelledError, Observer, StoppedError
 from .stages import Change, Outcome, Sequence, Stage
 from .stop import CANCELLED, NOTHING_TO_GAIN, TANGLED, TIME_IS_UP, gain
 

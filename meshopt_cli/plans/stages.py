@@ -10,7 +10,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
-from ..passes import SILENT, UNLIMITED, Budget, Observer, Pass, Tally, Work
+from ..passes import UNLIMITED, Budget, Pass, Tally, Work
+from ..progress.observer import SILENT, Observer
 from ..work.standing import Standing
 from .guard import Guard
 from .stop import DONE, ROUNDS_DONE, Stop

@@ -6,9 +6,12 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from ..passes.watch import Stage
-from ..work.standing import Standing
+from .observer import Stage
+
+if TYPE_CHECKING:
+    from ..work.standing import Standing
 
 OFTEN = 0.5  # seconds after which it is told anew, in the midst of a pass
 

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from .. import __version__
 from ..errors import ConfigError, WriteError, reason
 from ..files.sink import is_stream, written
+from ..version import __version__
 
 if TYPE_CHECKING:
     from rich.console import Console

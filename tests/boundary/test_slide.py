@@ -14,9 +14,10 @@ from meshopt_cli.jobs import optimize as job
 from meshopt_cli.kernels.guide import LINE, PLANE, STAYS
 from meshopt_cli.mesh.cast import cast
 from meshopt_cli.mesh.model import Block, Mesh
-from meshopt_cli.passes import PASSES, Silent
+from meshopt_cli.passes import PASSES
 from meshopt_cli.plans.pipeline import Pipeline
 from meshopt_cli.plans.presets import PRESETS
+from meshopt_cli.progress.observer import Silent
 from meshopt_cli.quality.measures import QUALITIES
 from meshopt_cli.work.session import Workspace
 from support.edits import halves

@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from meshopt_cli.kernels.operators.mend import Mending, Remedy, sweep_mend
 from meshopt_cli.kernels.shape.classify import TetType, TriangleType, classify_cells
 from meshopt_cli.kernels.types import APPLIED, N_VERDICTS, NOT_BETTER
-from meshopt_cli.passes import PASSES, Silent
+from meshopt_cli.passes import PASSES
 from meshopt_cli.passes.mend import REMEDIES, remedy_table
+from meshopt_cli.progress.observer import Silent
 from support import drivers
 from support.edits import shaken
 from support.invariants import assert_kept, assert_whole, snapshot, workspace

@@ -7,11 +7,12 @@ import pytest
 from meshopt_cli import validity
 from meshopt_cli.mesh.cast import cast
 from meshopt_cli.mesh.model import Block, Mesh
-from meshopt_cli.passes import PASSES, Silent
+from meshopt_cli.passes import PASSES
 from meshopt_cli.passes.split import over_constrained
 from meshopt_cli.plans.pipeline import Pipeline
 from meshopt_cli.plans.stages import Repeat, Sequence
 from meshopt_cli.plans.stop import Stop
+from meshopt_cli.progress.observer import Silent
 from support.edits import shaken
 from support.invariants import assert_kept, workspace
 from support.meshes import hollow_icosahedron, spindle, tet_grid, tri_grid

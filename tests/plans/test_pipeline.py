@@ -9,7 +9,6 @@ import pytest
 
 from meshopt_cli.kernels.shape.angles import ANGLE_Q, angle_range
 from meshopt_cli.kernels.types import CLOCK
-from meshopt_cli.passes import Silent
 from meshopt_cli.passes.check import Check
 from meshopt_cli.passes.mend import Mend
 from meshopt_cli.passes.smooth import Smooth
@@ -27,6 +26,7 @@ from meshopt_cli.plans.stop import (
     TIME_IS_UP,
     Stop,
 )
+from meshopt_cli.progress.observer import Silent
 from meshopt_cli.quality.measures import QUALITIES
 from meshopt_cli.work.session import Workspace
 from support.samples import sample

@@ -10,7 +10,7 @@ import pytest
 from meshopt_cli import formats
 from meshopt_cli.cli.entry import status_of
 from meshopt_cli.mesh.cast import cast
-from meshopt_cli.passes import Budget, OutOfTimeError, Silent
+from meshopt_cli.passes import Budget
 from meshopt_cli.passes.check import Check
 from meshopt_cli.passes.smooth import Smooth
 from meshopt_cli.passes.swap import Swap
@@ -18,6 +18,7 @@ from meshopt_cli.plans.pipeline import Pipeline
 from meshopt_cli.plans.presets import PRESETS
 from meshopt_cli.plans.stages import Outcome, Repeat, Sequence
 from meshopt_cli.plans.stop import NO_CHANGE, NOTHING_TO_GAIN, TANGLED, TIME_IS_UP, Stop
+from meshopt_cli.progress.observer import OutOfTimeError, Silent
 from meshopt_cli.quality.measures import QUALITIES
 from meshopt_cli.work.session import Workspace
 from support.edits import shaken

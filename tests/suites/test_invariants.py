@@ -11,9 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from meshopt_cli.mesh.cast import cast
-from meshopt_cli.passes import PASSES, Silent
+from meshopt_cli.passes import PASSES
 from meshopt_cli.plans.pipeline import Pipeline
 from meshopt_cli.plans.presets import PRESETS
+from meshopt_cli.progress.observer import Silent
 from meshopt_cli.quality.measures import QUALITIES
 from meshopt_cli.quality.summary import histogram
 from meshopt_cli.quality.target import target

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import enum
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
-from ..work.standing import Standing
+if TYPE_CHECKING:  # it imports numpy
+    from ..work.standing import Standing
 
 
 class Stage(enum.StrEnum):
