@@ -320,7 +320,7 @@ def restore(prepared: Prepared, worked: Worked, with_data: bool = True) -> Resto
     """
     source, mesh, part = prepared.source, prepared.mesh, prepared.part
     tangle, second = prepared.tangle, prepared.second
-    if tangle is None and _is_untouched(part, worked):
+    if tangle is None and worked.is_untouched:
         if not with_data:
             source, mesh = (tags_only(one, prepared.regions.arrays) for one in (source, mesh))
         return Restored(source.numbered_anew(), mesh, np.arange(len(source.points)))
@@ -345,16 +345,6 @@ def restore(prepared: Prepared, worked: Worked, with_data: bool = True) -> Resto
     if lost:
         log.warning("arrays that do not follow the cells are dropped: %s", ", ".join(lost))
     return Restored(result, corners, origin, tuple(f"the array {name}" for name in lost))
-
-
-def _is_untouched(part: Simplices, worked: Worked) -> bool:
-    """Whether the work left everything as it was."""
-    after = worked.part
-    return (
-        np.array_equal(worked.origin, np.arange(len(part.points)))
-        and np.array_equal(after.cells, part.cells)
-        and np.array_equal(after.points, part.points)
-    )
 
 
 def prove(

@@ -38,12 +38,15 @@ class Worked:
         What every pass did.
     stopped : str
         Why the run ended.
+    is_untouched : bool
+        Whether nothing is other than it was, but for the order of the cells.
     """
 
     part: Simplices
     origin: np.ndarray
     lines: tuple[Line, ...]
     stopped: str
+    is_untouched: bool = False
 
 
 def improve(
@@ -86,7 +89,7 @@ def improve(
     outcome = pipeline.run(_bounded(work, bounds), observer)
     assert isinstance(outcome.work, Workspace)
     better, origin = outcome.work.result()
-    return Worked(better, origin, tuple(outcome.lines), outcome.stopped)
+    return Worked(better, origin, tuple(outcome.lines), outcome.stopped, outcome.is_untouched)
 
 
 def _bounded(make: Callable[[], Workspace], bounds: Bounds | None) -> Workspace:

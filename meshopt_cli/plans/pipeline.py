@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
+from ..kernels.types import EDITION
 from ..passes import Budget, Pass, Work
 from ..passes.check import Check
 from ..passes.confine import Confine
@@ -80,6 +81,7 @@ class Pipeline:
         work.aim_at(tuple(step.left for step in steps), self.needs_metric)
         outcome = Outcome(work, observer, Budget.of(self.time_limit))
         untouched, before = work.copy(), work.standing()
+        edition = int(work.mesh.state[EDITION])
         outcome.observer.stood(before)
         del work  # held by the outcome, until that goes back to a copy
         try:
@@ -97,4 +99,5 @@ class Pipeline:
         if outcome.work.standing().worst <= 0.0:
             outcome.stopped = TANGLED
         Check(inverted="allowed").run(outcome.work)
+        outcome.is_untouched = int(outcome.work.mesh.state[EDITION]) == edition
         return outcome

@@ -28,7 +28,10 @@ class Line:
 
 @dataclass
 class Outcome:
-    """The mesh of a run, what every pass did, which were left out, and why it ended."""
+    """The mesh of a run, what every pass did, which were left out, and why it ended.
+
+    `is_untouched` tells that nothing of the mesh is other than it was.
+    """
 
     work: Work
     observer: Observer = SILENT
@@ -36,6 +39,7 @@ class Outcome:
     lines: list[Line] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)  # passes that are not for such a mesh
     stopped: str = DONE
+    is_untouched: bool = False
 
 
 # What is made of a pass.
