@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import EXIT_BAD_MESH, EXIT_DONE
-from ..reports.outputs import OUTPUTS, SUFFIXES, Manner, output_of, write_reports
+from ..reports.outputs import OUTPUTS, SUFFIXES, Manner, ReportOutput, output_of, write_reports
 from . import completion
 from .options import (
     OUTPUT,
     all_names_in,
-    file_options,
+    many_file_options,
     measure_option,
     metric_options,
     names_in,
@@ -26,6 +26,7 @@ from .options import (
 
 if TYPE_CHECKING:
     from ..jobs.metric import Asked
+    from ..jobs.optimize_file import FileTask
 
 # Options that are for the files, and not for what is made of the mesh.
 OF_FILES = ("fail_above", "input_format", "file_format", "binary", "metric_out")
@@ -39,7 +40,7 @@ compressed; - stands for stdin or stdout, and then the report goes to stderr.
 
 
 @click.command("optimize", help=COMMAND_HELP)
-@file_options
+@many_file_options
 @click.option(
     "--preset",
     metavar="NAME",
@@ -106,8 +107,10 @@ compressed; - stands for stdin or stdout, and then the report goes to stderr.
 )  # fmt: skip
 @verbosity_options(verbose="Say more: each run of each pass, and the worst Q by every measure.")
 def command(
-    input: Path,
+    inputs: list[Path],
     output: Path | None,
+    output_dir: Path | None,
+    jobs: int | None,
     in_place: bool,
     reports: tuple[Path, ...],
     as_json: bool,
@@ -115,27 +118,40 @@ def command(
     verbosity: int,
     **options: Any,
 ) -> int:
+    from ..jobs.destinations import is_pattern
+    from ..jobs.optimize_file import FileTask, place_of
+    from ..jobs.optimize_mesh import task_of
+
+    of_files = {key: options.pop(key) for key in OF_FILES}
+    work = task_of(metric=asked, **options)
+    shown = OUTPUTS["json" if as_json else "table"]
+    written = {path: output_of(path) for path in reports}
+    if verbosity > 0 or any(row.all_measures for row in (shown, *written.values())):
+        work = replace(work, all_measures=True)
+    drawn = any(row.pictures for row in written.values())
+    if output_dir is not None or is_pattern(output):
+        from .optimize_many import Many, optimize_many
+
+        task = FileTask(Path(), Path(), work, with_pictures=drawn, **of_files)
+        many = Many(inputs, output_dir, output, in_place, jobs)
+        return optimize_many(many, task, shown if as_json else None, written, verbosity)
+    place = place_of(inputs[0], output, in_place)
+    task = FileTask(inputs[0], place, work, with_pictures=drawn, **of_files)
+    return _optimize(task, shown, written, verbosity)
+
+
+def _optimize(
+    task: FileTask, shown: ReportOutput, written: dict[Path, ReportOutput], verbosity: int
+) -> int:
+    """Optimize one mesh, and report; returns the exit status."""
     from ..files.places import require_places
     from ..formats import PIPE
-    from ..jobs.optimize_file import FileTask, optimize_file, place_of
-    from ..jobs.optimize_mesh import InvalidFileError, task_of
+    from ..jobs.optimize_file import optimize_file
+    from ..jobs.optimize_mesh import InvalidFileError
     from .output import print_findings, print_reports, with_command
     from .terminal import compile_kernels, progress, say
 
-    of_files = {key: options.pop(key) for key in OF_FILES}
-    one = task_of(metric=asked, **options)
-    task = FileTask(input, place_of(input, output, in_place), one, **of_files)
-    shown = OUTPUTS["json" if as_json else "table"]
-    written = {path: output_of(path) for path in reports}
-    read = [input, *([asked.path] if asked and asked.path else [])]
-    made = [task.output, *reports]
-    if task.metric_path is not None:
-        made.append(task.metric_path)
-    require_places(made, read, replaced=[task.output])
-    if verbosity > 0 or any(row.all_measures for row in (shown, *written.values())):
-        task = replace(task, task=replace(task.task, all_measures=True))
-    if any(row.pictures for row in written.values()):
-        task = replace(task, with_pictures=True)
+    require_places([*task.places, *written], task.sources, replaced=[task.output])
     try:
         with progress(verbosity < 0) as observer:
             done = optimize_file(task, observer, partial(compile_kernels, verbosity < 0))
@@ -145,12 +161,12 @@ def command(
     manner, report = Manner(verbosity), with_command(done.report)
     for path, row in written.items():
         write_reports(path, [report], row, manner)
-    if (as_json or verbosity >= 0) and PIPE not in written:
+    if (shown.name != "table" or verbosity >= 0) and PIPE not in written:
         # Where the mesh goes to stdout, it is all that does.
         err = done.written is not None and task.output == PIPE
         print_reports([report], shown, manner, err)
     if done.written is not None:
         return EXIT_DONE
     worst = f"the worst Q stays at {done.result.after.worst:.4g}, above {task.fail_above:g}"
-    say(f"{input}: {worst}: nothing written")
+    say(f"{task.input}: {worst}: nothing written")
     return EXIT_BAD_MESH

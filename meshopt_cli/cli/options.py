@@ -120,14 +120,72 @@ def file_options(function: Function) -> Function:
 
     @functools.wraps(function)
     def wrapped(*args: Any, output: Path | None, to: Path | None, **kwargs: Any) -> Any:
-        if output is not None and to is not None:
-            raise click.UsageError(f"OUTPUT is given twice: {output} and, by -o, {to}")
-        return function(*args, output=output if to is None else to, **kwargs)
+        return function(*args, output=_once(output, to), **kwargs)
 
+    command: Callable[..., Any] = _format_options(wrapped)
+    for option in reversed(
+        (
+            click.argument("input", type=INPUT),
+            click.argument("output", type=OUTPUT, required=False),
+            click.option("-o", "--output", "to", type=OUTPUT, metavar="FILE", help="OUTPUT."),
+        )
+    ):
+        command = option(command)
+    return command  # type: ignore[return-value]
+
+
+def many_file_options(function: Function) -> Function:
+    """The same for a command that takes many meshes at once, too.
+
+    What is given is handed on as `inputs`, and as `output`: the place of the only result, or the
+    pattern for the names of many; and `output_dir`.
+    """
+
+    @functools.wraps(function)
+    def wrapped(*args: Any, meshes: tuple[Path, ...], to: Path | None, **kwargs: Any) -> Any:
+        from ..jobs.destinations import is_pattern
+
+        inputs, output = [as_pipe(path, 0) for path in meshes], to
+        if kwargs["output_dir"] is None and not is_pattern(to):
+            if len(inputs) == 2:
+                output = _once(as_pipe(meshes[1], 1), to)
+            if not inputs:
+                raise click.UsageError("Missing argument 'INPUT'.")
+            if len(inputs) > 2:
+                raise click.UsageError(
+                    f"{meshes[2]}: several inputs need --output-dir, or a pattern, such as -o "
+                    "'{stem}.opt{suffix}'"
+                )
+            inputs = inputs[:1]
+        return function(*args, inputs=inputs, output=output, **kwargs)
+
+    command: Callable[..., Any] = _format_options(wrapped)
     for option in reversed((
-        click.argument("input", type=INPUT),
-        click.argument("output", type=OUTPUT, required=False),
-        click.option("-o", "--output", "to", type=OUTPUT, metavar="FILE", help="OUTPUT."),
+        click.argument("meshes", nargs=-1, metavar="INPUT [OUTPUT] | INPUT...",
+                       type=click.Path(path_type=Path, allow_dash=True)),
+        click.option("-o", "--output", "to", type=OUTPUT, metavar="FILE",
+                     help="OUTPUT, or a pattern for the names of many, such as "
+                          "'{stem}.opt{suffix}'."),
+        click.option("--output-dir", type=click.Path(path_type=Path), metavar="FOLDER",
+                     help="Where the results of many inputs go: files, folders and patterns."),
+        number_option("jobs", metavar="N",
+                      help="Processes for many inputs; as many as there are cores where it is "
+                           "worth it."),
+    )):  # fmt: skip
+        command = option(command)
+    return command  # type: ignore[return-value]
+
+
+def _once(output: Path | None, to: Path | None) -> Path | None:
+    """OUTPUT, given as an argument or as an option."""
+    if output is not None and to is not None:
+        raise click.UsageError(f"OUTPUT is given twice: {output} and, by -o, {to}")
+    return output if to is None else to
+
+
+def _format_options(function: Callable[..., Any]) -> Callable[..., Any]:
+    """In what format a mesh is written, and read."""
+    for option in reversed((
         click.option("--in-place", is_flag=True,
                      help="OUTPUT may be INPUT, and is when it is left out."),
         click.option("--file-format", metavar="NAME",
@@ -137,8 +195,8 @@ def file_options(function: Function) -> Function:
                      help="Write binary or text, where the format has both; as INPUT was without."),
         reading_options,
     )):  # fmt: skip
-        wrapped = option(wrapped)
-    return wrapped  # type: ignore[return-value]
+        function = option(function)
+    return function
 
 
 def _verbosity(ctx: click.Context, quiet: bool, verbose: bool) -> int:

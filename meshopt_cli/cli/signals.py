@@ -10,6 +10,7 @@ import contextlib
 import os
 import signal
 import sys
+import time
 from typing import TYPE_CHECKING
 
 # All that is needed when a signal comes: it may come while another module is half imported.
@@ -29,6 +30,9 @@ ENDING = {
     )
     if hasattr(signal, name)
 }
+
+
+MOMENT = 0.3  # seconds
 
 
 def install() -> None:
@@ -62,6 +66,12 @@ def _leave(number: int) -> None:
 
 
 def _end_children() -> None:
+    """End other processes of the run: they may take a moment to remove what is temporary."""
     if (processes := sys.modules.get("multiprocessing")) is not None:
-        for child in processes.active_children():
+        children = processes.active_children()
+        for child in children:
+            child.terminate()
+        end = time.monotonic() + MOMENT
+        for child in children:
+            child.join(max(0.0, end - time.monotonic()))
             child.kill()

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import logging
-import os
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..cells import family_of
-from ..cores import n_cores
 from ..errors import EXIT_BAD_MESH, EXIT_DONE, EXIT_FILES, ConfigError, MeshoptError
 from ..files.places import require_places
 from ..mesh.model import Mesh, top_blocks
@@ -21,14 +19,13 @@ from ..validity import Report, check, choose
 from ..validity.jacobian import not_looked_at
 from .admission import READABLE, require_range
 from .findings import verdict_on
+from .pool import each
 from .regions import with_asked_regions
 
 if TYPE_CHECKING:
     from ..formats import Source
     from .metric import Asked
 
-# Files smaller than this together are not worth another process.
-SMALL = 4 << 20
 # Limits that stand for one measure in the plane and another in space: one of them is idle.
 PAIRED = ("M402",)
 JACOBIAN = "M105"  # the rule that does not know all types of cells
@@ -207,55 +204,9 @@ def examine_all(
     set_up : callable
         Called first in every process, with the verbosity: it says where the log goes.
     """
-    n_processes = min(_jobs(paths) if jobs is None else jobs, len(paths))
-    if n_processes <= 1:
-        yield from (examine(path, task) for path in paths)
-        return
-    from concurrent.futures import ProcessPoolExecutor
-    from concurrent.futures.process import BrokenProcessPool
-
-    pool = ProcessPoolExecutor(n_processes, None, _start_worker, (set_up, task.verbosity))
-    try:
-        pending = [(path, pool.submit(examine, path, task)) for path in paths]
-        for path, future in pending:
-            try:
-                yield future.result()
-            except BrokenProcessPool:
-                text = f"{path}: the process that checked it was killed: try --jobs 1"
-                yield Verdict(str(path), EXIT_FILES, error=text)
-    finally:
-        pool.shutdown(wait=False, cancel_futures=True)
+    tasks = [(path, task) for path in paths]
+    return each(tasks, examine, _killed, jobs, set_up, task.verbosity)
 
 
-def _start_worker(set_up: Callable[[int], None], verbosity: int) -> None:
-    """Leave it to the process that started this one to end it, and end with it."""
-    import multiprocessing
-    import signal
-    import threading
-    from multiprocessing.connection import wait
-
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    for name in ("SIGTERM", "SIGHUP"):
-        if hasattr(signal, name):
-            signal.signal(getattr(signal, name), signal.SIG_DFL)
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-
-        def follow() -> None:
-            wait([parent.sentinel])
-            os._exit(EXIT_FILES)
-
-        threading.Thread(target=follow, daemon=True).start()
-    set_up(verbosity)
-
-
-def _jobs(paths: list[Path]) -> int:
-    total = 0
-    for path in paths:
-        try:
-            total += path.stat().st_size
-        except OSError:
-            continue
-    if len(paths) < 2 or total < SMALL:
-        return 1
-    return n_cores()
+def _killed(path: Path, task: Task, error: str) -> Verdict:
+    return Verdict(str(path), EXIT_FILES, error=error)

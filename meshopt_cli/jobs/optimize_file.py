@@ -54,6 +54,17 @@ class FileTask:
     with_pictures: bool = False
 
     @property
+    def sources(self) -> list[Path]:
+        """The files that are read."""
+        metric = self.task.metric
+        return [self.input, *([metric.path] if metric and metric.path else [])]
+
+    @property
+    def places(self) -> list[Path]:
+        """The files that are written."""
+        return [self.output, *([self.metric_path] if self.metric_path else [])]
+
+    @property
     def metric_path(self) -> Path | None:
         """The file that the metric goes to, if it is one."""
         named = Path(self.metric_out or "")

@@ -113,11 +113,14 @@ class Settled:
 
     Attributes
     ----------
+    plan : Plan
+        For a mesh of tetrahedra.
     allowed : tuple of str
         Codes of the rules that the mesh may break.
     """
 
     task: Task
+    plan: Plan
     allowed: tuple[str, ...]
     keep_offs: tuple[KeepOff, ...]
 
@@ -153,7 +156,7 @@ def settled(task: Task) -> Settled:
     task = replace(task, request=_request_of(task))
     plan = _plan(task)
     _require_use(task.policy, plan.pipeline)
-    return Settled(task, _allowed(task.request, plan.allow), keep_offs(task.keep_off))
+    return Settled(task, plan, _allowed(task.request, plan.allow), keep_offs(task.keep_off))
 
 
 def optimize_mesh(
