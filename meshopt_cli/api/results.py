@@ -39,7 +39,7 @@ class Told:
         return self._as("table")
 
     def to_json(self) -> str:
-        """The keys are those of docs/JSON.md."""
+        """For programs: the keys are told in the README."""
         return self._as("json")
 
     def to_csv(self) -> str:
@@ -285,7 +285,7 @@ class Report:
         return CHECK_OUTPUTS["text"].text([self.verdict])
 
     def to_json(self) -> str:
-        """The keys are those of docs/JSON.md."""
+        """For programs: the keys are told in the README."""
         return CHECK_OUTPUTS["json"].text([self.verdict])
 
     def __bool__(self) -> bool:

@@ -26,7 +26,7 @@ def presets() -> Iterable[tuple[str, str]]:
 def passes() -> Iterable[tuple[str, str]]:
     from ..passes import PASSES
 
-    return ((p.name, p.summary) for p in PASSES.values())
+    return ((p.name, p.summary) for p in PASSES.whole().values())
 
 
 def settings() -> Iterable[tuple[str, str]]:
@@ -46,7 +46,7 @@ def measures() -> Iterable[tuple[str, str]]:
 def limits() -> Iterable[tuple[str, str]]:
     from ..quality.verdict.table import every_measure
 
-    return ((m.name, m.formula) for m in every_measure().values())
+    return ((m.name, m.formula) for m in every_measure().whole().values())
 
 
 def gates() -> Iterable[tuple[str, str]]:
@@ -58,15 +58,14 @@ def gates() -> Iterable[tuple[str, str]]:
 def families() -> Iterable[tuple[str, str]]:
     from ..quality.verdict.table import every_measure
 
-    return (
-        (name, "") for name in dict.fromkeys(n for m in every_measure().values() for n in m.ways)
-    )
+    rows = every_measure().whole().values()
+    return ((name, "") for name in dict.fromkeys(n for m in rows for n in m.ways))
 
 
 def formats() -> Iterable[tuple[str, str]]:
     from ..formats import FORMATS
 
-    return ((f.name, f.description) for f in FORMATS.values())
+    return ((f.name, f.description) for f in FORMATS.whole().values())
 
 
 def rules() -> Iterable[tuple[str, str]]:

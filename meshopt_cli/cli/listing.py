@@ -13,25 +13,32 @@ from . import completion
 
 if TYPE_CHECKING:
     from ..quality.measures import Measure
+    from ..registry import Table
 
 Row = tuple[str, ...]
+
+
+def _by(table: Table, name: str) -> str:
+    """Which package a row is of, where it is of another one."""
+    return f" (of {table.sources[name]})" if name in table.sources else ""
 
 
 def _passes() -> list[Row]:
     from ..passes import PASSES
 
-    return [(p.name, p.summary) for p in PASSES.values()]
+    return [(p.name, p.summary + _by(PASSES, p.name)) for p in PASSES.whole().values()]
 
 
 def _measures(family: str | None = None) -> list[Row]:
     from ..quality.verdict.table import every_measure
 
-    rows = list(every_measure().values())
+    table = every_measure().whole()
+    rows = list(table.values())
     if family is not None:
         known = {name: name for row in rows for name in row.ways}
         wanted = chosen(known, family, "measured family of cells")
         rows = [row for row in rows if wanted in row.ways]
-    return [(m.name, m.formula, m.unit, _sources(m), _use(m)) for m in rows]
+    return [(m.name, m.formula + _by(table, m.name), m.unit, _sources(m), _use(m)) for m in rows]
 
 
 def _sources(measure: Measure) -> str:
@@ -59,7 +66,19 @@ def _use(measure: Measure) -> str:
 def _formats() -> list[Row]:
     from ..formats import FORMATS
 
-    return [(f.name, " ".join((*f.extensions, *f.others)), f.description) for f in FORMATS.values()]
+    return [
+        (f.name, " ".join((*f.extensions, *f.others)), f.description + _by(FORMATS, f.name))
+        for f in FORMATS.whole().values()
+    ]
+
+
+def _outputs() -> list[Row]:
+    from ..reports.outputs import OUTPUTS
+
+    return [
+        (row.name, " ".join(row.suffixes), row.summary + _by(OUTPUTS, row.name))
+        for row in OUTPUTS.whole().values()
+    ]
 
 
 def _rules() -> list[Row]:
@@ -83,6 +102,7 @@ TABLES: dict[str, Callable[[], list[Row]]] = {
     "passes": _passes,
     "measures": _measures,
     "formats": _formats,
+    "outputs": _outputs,
     "rules": _rules,
     "presets": _presets,
 }
@@ -95,7 +115,7 @@ TABLES: dict[str, Callable[[], list[Row]]] = {
     shell_complete=completion.of(completion.families),
 )  # fmt: skip
 def command(table: str, family: str | None) -> None:
-    """List passes, measures, formats, rules or presets."""
+    """List passes, measures, formats, outputs, rules or presets."""
     if family is not None and table != "measures":
         raise click.UsageError("--family goes with measures")
     shown = TABLES[table]() if family is None else _measures(family)

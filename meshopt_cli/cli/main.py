@@ -42,7 +42,7 @@ COMMANDS = {
     "report": ("report", "Show the quality of meshes."),
     "view": ("view", "Draw a mesh, its cells coloured by their quality."),
     "repair": ("repair", "Mend what is wrong with a mesh, on request."),
-    "list": ("listing", "List passes, measures, formats, rules or presets."),
+    "list": ("listing", "List passes, measures, formats, outputs, rules or presets."),
 }
 
 
@@ -90,7 +90,8 @@ def _is_named_like_mesh(word: str) -> bool:
 
     from ..formats import FORMATS, extension
 
-    return any(extension(Path(word)) in (*row.extensions, *row.others) for row in FORMATS.values())
+    rows = FORMATS.whole().values()
+    return any(extension(Path(word)) in (*row.extensions, *row.others) for row in rows)
 
 
 @click.group(

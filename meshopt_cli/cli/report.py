@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..errors import EXIT_DONE, ConfigError, MeshoptError
+from ..errors import EXIT_DONE, ConfigError, MeshoptError, chosen
 from ..reports.outputs import NORMAL, OUTPUTS, output_of, write_reports
 from . import completion
 from .options import (
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 )  # fmt: skip
 @region_option
 @click.option(
-    "--format", "form", type=click.Choice(list(OUTPUTS)),
+    "--format", "form", metavar=f"[{'|'.join(OUTPUTS)}]",
     help="What the report looks like: as the suffix of the file says, or a table.",
 )  # fmt: skip
 @click.option("-o", "--output", type=OUTPUT, metavar="FILE", help="Write to a file instead.")
@@ -77,7 +77,7 @@ def command(
     MESH is a file, a folder with meshes, or a pattern.
     """
     if form is not None:
-        row = OUTPUTS[form]
+        row = chosen(OUTPUTS, form, "form of reports")
     elif output is not None:
         row = output_of(output)
     else:

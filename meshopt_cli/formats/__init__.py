@@ -254,15 +254,23 @@ def _one_line(error: BaseException) -> str:
 
 
 def _extensions(to_read: bool = False) -> str:
-    rows = FORMATS.values()
+    rows = FORMATS.whole().values()
     known = dict.fromkeys(end for row in rows for end in row.extensions)
     known |= dict.fromkeys(end for row in rows for end in row.others if to_read)
     return f"{', '.join(known)}, and these with {ZIPPED}"
 
 
 def _with_extension(path: Path, to_read: bool = False) -> list[Format]:
-    end, rows = extension(path), FORMATS.values()
-    return [row for row in rows if end in row.extensions or (to_read and end in row.others)]
+    end = extension(path)
+
+    def found() -> list[Format]:
+        rows = FORMATS.values()
+        return [row for row in rows if end in row.extensions or (to_read and end in row.others)]
+
+    if not (rows := found()) and end:
+        FORMATS.whole()
+        rows = found()
+    return rows
 
 
 def _sniff(path: Path, head: bytes, wanted: Format | None) -> Encoding:
@@ -277,8 +285,9 @@ def _sniff(path: Path, head: bytes, wanted: Format | None) -> Encoding:
         raise ReadError(f"{path}: the file is empty")
     if head.startswith(b"version https://git-lfs"):
         raise ReadError(f"{path}: a Git LFS pointer, not the mesh: run git lfs pull")
+    by_name = next((row.default for row in rows if row.by_name), None) if not unnamed else None
     try:
-        found = encoding_of(head)
+        found = encoding_of(head) or by_name
     except UnreadableError as error:
         raise ReadError(f"{path}: {error}") from None
     kind = "mesh" if unnamed and not wanted else rows[0].title

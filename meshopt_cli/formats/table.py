@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..mesh.model import Mesh
+from ..registry import Table
 from . import medit, tags, vtk
 from .gmsh.read import read as read_gmsh
 from .gmsh.write import write as write_gmsh
@@ -39,6 +40,8 @@ class Format:
     write : function of (path, mesh, encoding)
     others : tuple of str
         More extensions, of files that are read, and are not written.
+    by_name : bool
+        Files are known by their extension alone, as those of formats that others add.
     """
 
     family: str
@@ -53,6 +56,7 @@ class Format:
     fit: Callable[[Mesh, Encoding], tuple[Mesh, list[str]]]
     write: Callable[[Path, Mesh, Encoding], None]
     others: tuple[str, ...] = ()
+    by_name: bool = False
 
     @property
     def name(self) -> str:
@@ -113,4 +117,4 @@ _ROWS = (
     _medit(".meshb", Encoding("meditb", "2", binary=True)),
 )
 
-FORMATS: dict[str, Format] = {row.name: row for row in _ROWS}
+FORMATS = Table[Format]("meshopt.formats", "format", _ROWS, lambda row: isinstance(row, Format))

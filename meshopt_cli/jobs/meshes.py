@@ -38,5 +38,5 @@ def files_in(paths: Iterable[Path]) -> list[Path]:
 
 def _is_mesh(path: Path) -> bool:
     """Whether a file is named like a mesh, compressed or not, and no run is just writing it."""
-    known = any(extension(path) in row.extensions for row in FORMATS.values())
+    known = any(extension(path) in row.extensions for row in FORMATS.whole().values())
     return known and path.is_file() and not path.name.startswith(PREFIX)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import fields
 
+from ..registry import Table
 from .base import Operator, Pass
 from .check import Check
 from .collapse import Collapse
@@ -20,9 +21,10 @@ from .split import Split
 from .swap import Swap
 from .untangle import Untangle
 
-PASSES: dict[str, type[Pass]] = {
-    p.name: p
-    for p in (
+PASSES = Table[type[Pass]](
+    "meshopt.passes",
+    "pass",
+    (
         Check,
         Repair,
         Untangle,
@@ -36,8 +38,9 @@ PASSES: dict[str, type[Pass]] = {
         Confine,
         Split,
         Mend,
-    )
-}
+    ),
+    lambda row: isinstance(row, type) and issubclass(row, Pass),
+)
 
 
 def option_rows(name: str) -> list[tuple[str, str, str]]:

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from ..errors import ConfigError
+from ..registry import Table
 from .measures import DEFAULT_MEASURE, MEASURES, Measure, measure_named
 
 # A gate as it is written: a measure, a limit, and where it holds only in a region, that region.
@@ -131,7 +132,7 @@ class Gates:
 NO_GATES = Gates()
 
 
-def _every_measure() -> dict[str, Measure]:
+def _every_measure() -> Table[Measure]:
     from .verdict.table import every_measure  # seldom needed
 
     return every_measure()

@@ -85,7 +85,9 @@ def measures_named(names: Iterable[str]) -> tuple[Measure, ...]:
     for name in wanted:
         if name != ALL and name not in known:
             raise ConfigError(f"no measure {name!r}{hint(name, known)}")
-    return tuple(known.values() if ALL in wanted else (known[n] for n in dict.fromkeys(wanted)))
+    if ALL in wanted:
+        return tuple(known.whole().values())
+    return tuple(known[name] for name in dict.fromkeys(wanted))
 
 
 def table_measure(measures: Iterable[Measure], default: Measure) -> Measure:

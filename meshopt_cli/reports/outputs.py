@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 
 from ..errors import ConfigError, WriteError, reason
 from ..files.sink import is_stream, written
+from ..registry import Table
 from ..version import __version__
 
 if TYPE_CHECKING:
@@ -53,11 +54,14 @@ class Output(Generic[Item]):
         Gives the text part by part, each as soon as there are items for it.
     suffixes : tuple of str
         Of the files that are written in it.
+    summary : str
+        What it is for.
     """
 
     name: str
     parts: Callable[[Iterable[Item], Manner], Iterator[str]]
     suffixes: tuple[str, ...] = ()
+    summary: str = ""
 
     def text(self, items: Iterable[Item], manner: Manner = NORMAL) -> str:
         """All of them as one text that ends its last line."""
@@ -138,16 +142,26 @@ def _html(reports: Iterable[Report], manner: Manner) -> Iterator[str]:
     yield to_html(list(reports))
 
 
-OUTPUTS: dict[str, ReportOutput] = {
-    row.name: row
-    for row in (
-        ReportOutput("table", _table, (".txt",), draw=_draw_table),
-        ReportOutput("json", _json, (".json",), all_measures=True),
-        ReportOutput("markdown", _markdown, (".md",)),
-        ReportOutput("csv", _csv, (".csv",)),
-        ReportOutput("html", _html, (".html",), all_measures=True, histograms=True, pictures=True),
-    )
-}
+OUTPUTS = Table[ReportOutput](
+    "meshopt.outputs",
+    "output",
+    (
+        ReportOutput("table", _table, (".txt",), "for a terminal, in colours", draw=_draw_table),
+        ReportOutput("json", _json, (".json",), "for programs", all_measures=True),
+        ReportOutput("markdown", _markdown, (".md",), "for a pull request"),
+        ReportOutput("csv", _csv, (".csv",), "for a spreadsheet"),
+        ReportOutput(
+            "html",
+            _html,
+            (".html",),
+            "a page of its own, with pictures",
+            all_measures=True,
+            histograms=True,
+            pictures=True,
+        ),
+    ),
+    lambda row: isinstance(row, ReportOutput),
+)
 
 SUFFIXES: dict[str, ReportOutput] = {s: row for row in OUTPUTS.values() for s in row.suffixes}
 
@@ -160,12 +174,19 @@ def output_of(path: Path) -> ReportOutput:
     ConfigError
         Its suffix says nothing: the message lists those that do.
     """
-    row = SUFFIXES.get(path.suffix.lower())
+    row = SUFFIXES.get(path.suffix.lower()) or _of_others(path)
     if row is None and is_stream(path):
         return OUTPUTS["table"]
     if row is None:
         raise ConfigError(f"{path}: a report ends in {', '.join(SUFFIXES)}")
     return row
+
+
+def _of_others(path: Path) -> ReportOutput | None:
+    """The form that a package adds for a suffix."""
+    end = path.suffix.lower()
+    rows = OUTPUTS.whole().values() if end else ()
+    return next((row for row in rows if end in row.suffixes), None)
 
 
 def write_reports(

@@ -18,8 +18,8 @@ from meshopt_cli.plans.presets import PRESETS
 from support.samples import SAMPLES
 
 # What is about a terminal and the files of a command, and so no keyword of the function.
-OF_COMMANDS = {"meshes", "output", "to", "output_dir", "jobs", "in_place", "reports", "as_json", "quiet", "verbose",
-               "file_format", "binary", "metric_out"}  # fmt: skip
+OF_COMMANDS = {"meshes", "output", "to", "output_dir", "jobs", "in_place", "reports", "as_json",
+               "quiet", "verbose", "file_format", "binary", "metric_out"}  # fmt: skip
 FILES = ("grid.vtk", "raw_ball.mesh", "plate.vtu", "quadtree.vtk", "table183.msh")
 FILES = tuple(name for name in FILES if (SAMPLES / name).exists())
 

@@ -7,6 +7,7 @@ from functools import cache, partial
 
 from ...cells import FAMILIES
 from ...mesh.model import Array
+from ...registry import Table
 from ..measures import CONTENT, LENGTH, MEASURES, MORE, NUMBER, Measure, Way
 from ..measures import DEGREES as DEG
 from . import VERDICT, verdict_quality
@@ -29,7 +30,16 @@ def _as_measure(row: Row) -> Measure:
 
 
 @cache
-def every_measure() -> dict[str, Measure]:
-    """All that a limit can be put on: `MEASURES`, then those of Verdict by their families."""
+def every_measure() -> Table[Measure]:
+    """All that a limit can be put on: `MEASURES`, then those of Verdict by their families.
+
+    Those of others are told in reports, and hold in gates; none of them steers, which takes code
+    that is compiled into every operator.
+    """
     rows = sorted(VERDICT.values(), key=lambda row: list(FAMILIES).index(row.cell_type))
-    return MEASURES | {measure.name: measure for measure in map(_as_measure, rows)}
+    ours = (*MEASURES.values(), *map(_as_measure, rows))
+    return Table("meshopt.measures", "measure", ours, _is_plugin)
+
+
+def _is_plugin(row: object) -> bool:
+    return isinstance(row, Measure) and not row.drives and not row.is_compiled

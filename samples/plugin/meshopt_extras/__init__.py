@@ -1,0 +1,1 @@
+"""A pass, a measure, a format and an output for meshopt."""
