@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ from . import completion
 from .check_config import Configured
 from .options import (
     INPUT,
+    LOG_FILE,
     OUTPUT,
     measure_option,
     metric_options,
@@ -126,7 +128,8 @@ def command(
     if checked and needs_kernels(files, task.gates):
         compile_kernels(verbosity < 0, ("basic", "check"))
     statuses: list[int] = []
-    verdicts = _noted(examine_all(files, task, jobs, set_up_log), statuses)
+    log_file = click.get_current_context().meta[LOG_FILE]
+    verdicts = _noted(examine_all(files, task, jobs, partial(set_up_log, file=log_file)), statuses)
     try:
         for part in output.parts(verdicts, Manner(verbosity, statistics)):
             click.echo(part, nl=False)

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..errors import EXIT_BAD_MESH, EXIT_DONE
+from ..errors import EXIT_BAD_MESH, EXIT_DONE, EXIT_INTERRUPTED, ConfigError
+from ..files.ending import what_is_written
 from ..reports.outputs import OUTPUTS, SUFFIXES, Manner, ReportOutput, output_of, write_reports
 from . import completion
 from .options import (
@@ -70,6 +71,10 @@ compressed; - stands for stdin or stdout, and then the report goes to stderr.
 @number_option("target-quality", metavar="Q", help="Stop when no cell is worse.")
 @number_option("time-limit", metavar="S", help="Stop after so many seconds.")
 @click.option(
+    "--keep-best", is_flag=True,
+    help="Let Ctrl-C write the best mesh so far; a second one ends the run at once.",
+)  # fmt: skip
+@click.option(
     "--report", "reports", multiple=True, type=OUTPUT, metavar="FILE",
     help=f"Write the report too, as its suffix says: {', '.join(SUFFIXES)}.",
 )  # fmt: skip
@@ -115,6 +120,7 @@ def command(
     reports: tuple[Path, ...],
     as_json: bool,
     asked: Asked | None,
+    keep_best: bool,
     verbosity: int,
     **options: Any,
 ) -> int:
@@ -132,16 +138,22 @@ def command(
     if output_dir is not None or is_pattern(output):
         from .optimize_many import Many, optimize_many
 
+        if keep_best:
+            raise ConfigError("--keep-best goes with one mesh")
         task = FileTask(Path(), Path(), work, with_pictures=drawn, **of_files)
         many = Many(inputs, output_dir, output, in_place, jobs)
         return optimize_many(many, task, shown if as_json else None, written, verbosity)
     place = place_of(inputs[0], output, in_place)
     task = FileTask(inputs[0], place, work, with_pictures=drawn, **of_files)
-    return _optimize(task, shown, written, verbosity)
+    return _optimize(task, shown, written, verbosity, keep_best)
 
 
 def _optimize(
-    task: FileTask, shown: ReportOutput, written: dict[Path, ReportOutput], verbosity: int
+    task: FileTask,
+    shown: ReportOutput,
+    written: dict[Path, ReportOutput],
+    verbosity: int,
+    keep_best: bool,
 ) -> int:
     """Optimize one mesh, and report; returns the exit status."""
     from ..files.places import require_places
@@ -149,12 +161,15 @@ def _optimize(
     from ..jobs.optimize_file import optimize_file
     from ..jobs.optimize_mesh import InvalidFileError
     from .output import print_findings, print_reports, with_command
+    from .signals import interrupted_by
     from .terminal import compile_kernels, progress, say
 
     require_places([*task.places, *written], task.sources, replaced=[task.output])
     try:
-        with progress(verbosity < 0) as observer:
-            done = optimize_file(task, observer, partial(compile_kernels, verbosity < 0))
+        with progress(verbosity < 0) as watch, interrupted_by(
+            watch.keep_best if keep_best else lambda: False
+        ):  # fmt: skip
+            done = optimize_file(task, watch, partial(compile_kernels, verbosity < 0))
     except InvalidFileError as error:
         print_findings(error.verdict)
         raise
@@ -165,6 +180,9 @@ def _optimize(
         # Where the mesh goes to stdout, it is all that does.
         err = done.written is not None and task.output == PIPE
         print_reports([report], shown, manner, err)
+    if watch.is_cancelled:
+        say(f"interrupted: {what_is_written()}")
+        return EXIT_INTERRUPTED
     if done.written is not None:
         return EXIT_DONE
     worst = f"the worst Q stays at {done.result.after.worst:.4g}, above {task.fail_above:g}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,6 +19,7 @@ from ..jobs.optimize_many import Outcome, optimize_all
 from ..jobs.optimize_mesh import settled
 from ..reports.many import last_line, line_of
 from ..reports.outputs import Manner, ReportOutput, write_reports
+from .options import LOG_FILE
 from .output import print_findings, print_reports, with_command
 from .terminal import compile_kernels, say, set_up_log
 
@@ -58,7 +60,8 @@ def optimize_many(
     read = [path for one in tasks for path in one.sources]
     require_places([*_places(tasks), *written], read, read if many.in_place else ())
     compile_kernels(verbosity < 0, settled(task.task).plan.kernels())
-    outcomes = list(_told(optimize_all(tasks, many.jobs, set_up_log, verbosity), shown, verbosity))
+    set_up = partial(set_up_log, file=click.get_current_context().meta[LOG_FILE])
+    outcomes = list(_told(optimize_all(tasks, many.jobs, set_up, verbosity), shown, verbosity))
     reports = [with_command(one.report) for one in outcomes if one.report is not None]
     manner = Manner(verbosity)
     for path, row in written.items():

@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import functools
+import logging
 import os
 import re
+import shlex
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
 import click
 
-from ..errors import InterruptError
+from ..errors import InterruptError, MeshoptError
 from ..files.ending import what_is_written
 from ..files.sink import as_pipe
 from ..plans.ranges import RANGES
+from ..version import __version__
 from . import completion
-from .terminal import set_up_log
+from .terminal import SAID, set_up_log
+
+log = logging.getLogger("meshopt")
+
+LOG_FILE = f"{__name__}.log-file"  # where it stands in the context of click
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -202,9 +209,7 @@ def _format_options(function: Callable[..., Any]) -> Callable[..., Any]:
 def _verbosity(ctx: click.Context, quiet: bool, verbose: bool) -> int:
     if quiet and verbose:
         raise click.UsageError("-q and -v exclude each other", ctx)
-    verbosity = 1 if verbose else -1 if quiet else 0
-    set_up_log(verbosity)
-    return verbosity
+    return 1 if verbose else -1 if quiet else 0
 
 
 def verbosity_options(
@@ -215,14 +220,29 @@ def verbosity_options(
     def add(function: Function) -> Function:
         @click.option("-q", "--quiet", is_flag=True, help=quiet)
         @click.option("-v", "--verbose", is_flag=True, help=verbose)
+        @click.option(
+            "--log-file", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE",
+            help="Add what is said to a file, with the time, and what each pass does.",
+        )  # fmt: skip
         @click.pass_context
         @functools.wraps(function)
         def wrapped(
-            ctx: click.Context, *args: Any, quiet: bool, verbose: bool, **kwargs: Any
+            ctx: click.Context,
+            *args: Any,
+            quiet: bool,
+            verbose: bool,
+            log_file: Path | None,
+            **kwargs: Any,
         ) -> Any:
             verbosity = _verbosity(ctx, quiet, verbose)
+            set_up_log(verbosity, log_file)
+            ctx.meta[LOG_FILE] = log_file
+            log.debug("meshopt %s: %s", __version__, shlex.join(ctx.find_object(tuple) or ()))
             try:
                 return function(*args, verbosity=verbosity, **kwargs)
+            except MeshoptError as error:
+                log.error("%s", error, extra={SAID: True})
+                raise
             except KeyboardInterrupt:
                 # Before click sees it, which would print an empty line.
                 raise InterruptError(f"interrupted: {what_is_written()}") from None

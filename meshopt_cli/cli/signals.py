@@ -18,6 +18,7 @@ from ..errors import EXIT_HUNG_UP, EXIT_INTERRUPTED, EXIT_TERMINATED
 from ..files.ending import between_steps, clean_up, what_is_written
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
     from types import FrameType
 
 # What ends a run, the status it leaves, and how it is called.
@@ -34,6 +35,8 @@ ENDING = {
 
 MOMENT = 0.3  # seconds
 
+_instead: list[Callable[[], bool]] = []
+
 
 def install() -> None:
     """Let signals end the run, but those that are ignored already, as by nohup."""
@@ -43,6 +46,16 @@ def install() -> None:
             signal.signal(number, _end)
 
 
+@contextlib.contextmanager
+def interrupted_by(action: Callable[[], bool]) -> Iterator[None]:
+    """Have the first interrupt do something else, if that is so good as to tell that it did."""
+    _instead.append(action)
+    try:
+        yield
+    finally:
+        _instead.remove(action)
+
+
 def ignore() -> None:
     """Let nothing end the run any more, which has ended."""
     for name in ENDING:
@@ -50,6 +63,8 @@ def ignore() -> None:
 
 
 def _end(number: int, _: FrameType | None) -> None:
+    if signal.Signals(number).name == "SIGINT" and any(action() for action in _instead):
+        return
     between_steps(lambda: _leave(number))
 
 

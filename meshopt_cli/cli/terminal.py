@@ -8,11 +8,12 @@ import math
 import os
 import sys
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from ..errors import shown
+from ..errors import WriteError, reason, shown
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from ..progress.watch import Watch
 
 
+SAID = "is_said"  # of records that are printed otherwise
 OFTEN = 0.1  # seconds after which a line on a terminal changes
 
 
@@ -33,20 +35,43 @@ def say(message: str) -> None:
 
 
 class StderrHandler(logging.Handler):
-    """Shows log records as lines such as `warning: ...`."""
+    """Shows log records as lines such as `warning: ...`, unless they are said otherwise."""
 
     def emit(self, record: logging.LogRecord) -> None:
+        if getattr(record, SAID, False):
+            return
         level = "" if record.levelno < logging.WARNING else f"{record.levelname.lower()}: "
         say(f"{level}{record.getMessage()}")
 
 
-def set_up_log(verbosity: int) -> None:
-    """Send the log to stderr: errors only (-1), warnings (0), or everything (1)."""
+def set_up_log(verbosity: int, file: Path | None = None) -> None:
+    """Send the log to stderr: errors only (-1), warnings (0), or more (1).
+
+    Parameters
+    ----------
+    file : Path, optional
+        Where all of it is added, with the time, and a line for each run of each pass.
+
+    Raises
+    ------
+    WriteError
+        The file cannot be written.
+    """
+    shown = StderrHandler({-1: logging.ERROR, 0: logging.WARNING}.get(verbosity, logging.INFO))
+    handlers: list[logging.Handler] = [shown]
+    if file is not None:
+        try:
+            kept = logging.FileHandler(file, encoding="utf-8", errors="backslashreplace")
+        except OSError as error:
+            raise WriteError(f"{file}: cannot be written: {reason(error)}") from error
+        kept.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+        handlers.append(kept)
     log = logging.getLogger("meshopt")
-    log.handlers[:] = [StderrHandler()]
+    for old in log.handlers:
+        old.close()
+    log.handlers[:] = handlers
     log.propagate = False
-    levels = {-1: logging.ERROR, 0: logging.WARNING}
-    log.setLevel(levels.get(verbosity, logging.INFO))
+    log.setLevel(min(handler.level for handler in handlers) or logging.DEBUG)
 
 
 def is_plain(err: bool = False) -> bool:

@@ -6,6 +6,7 @@ mostly ends on the best mesh it saw.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Protocol
@@ -15,6 +16,8 @@ from ..progress.observer import SILENT, Observer
 from ..work.standing import Standing
 from .guard import Guard
 from .stop import DONE, ROUNDS_DONE, Stop
+
+log = logging.getLogger("meshopt")
 
 
 @dataclass(frozen=True)
@@ -77,6 +80,10 @@ class Sequence:
                 continue
             tally = step.run(outcome.work, outcome.observer, outcome.budget)
             standing = outcome.work.judged()
+            log.debug(
+                "round %d: %s: %d of %d in %.3f s, worst q %.4g, mean Q %.4g", round, tally.name,
+                tally.applied, tally.visited, tally.seconds, standing.worst, standing.mean,
+            )  # fmt: skip
             outcome.lines.append(Line(round, tally, standing))
             outcome.observer.stood(standing, round)
 

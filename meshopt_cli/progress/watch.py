@@ -77,6 +77,13 @@ class Watch:
         """End the run at the next step, with the best mesh so far."""
         self.is_cancelled = True
 
+    def keep_best(self) -> bool:
+        """Cancel the run if there is a mesh to keep, and nobody has done so; whether it is so."""
+        if self.is_cancelled or self._stage in (Stage.READ, Stage.CHECK):
+            return False
+        self.cancel()
+        return True
+
     def entered(self, stage: Stage) -> None:
         self._stage, self._step = stage.value, ""
         self._done = self._total = 0
