@@ -38,8 +38,10 @@ def run(tmp_path):
             "PYTHONPATH": str(ROOT), "GITHUB_STEP_SUMMARY": str(tmp_path / "summary"),
             "MESHES": "grid.vtk", "CHECK": "", "OPTIONS": "", "FOLDER": "better", **variables,
         }  # fmt: skip
-        return subprocess.run(["bash", "-euo", "pipefail", "-c", command], cwd=tmp_path,
-                              env=environment, capture_output=True, text=True, check=False)  # fmt: skip
+        shell = ["bash", "-euo", "pipefail", "-c", command]
+        return subprocess.run(
+            shell, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
+        )
 
     return call
 
