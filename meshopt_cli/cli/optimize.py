@@ -49,8 +49,17 @@ compressed; - stands for stdin or stdout, and then the report goes to stderr.
     shell_complete=completion.of(completion.passes, many=True),
 )  # fmt: skip
 @click.option(
-    "--config", type=click.Path(path_type=Path), metavar="FILE", help="Pipeline in a TOML file."
-)
+    "--config", type=click.Path(path_type=Path), metavar="FILE",
+    help="Pipeline in a TOML file; see `meshopt schema`.",
+)  # fmt: skip
+@click.option(
+    "--no-config", is_flag=True,
+    help="Pass over the meshopt.toml, or pyproject.toml, that is nearest.",
+)  # fmt: skip
+@click.option(
+    "--show-config", is_flag=True,
+    help="Print the pipeline that these options make, as a TOML file; no INPUT is needed.",
+)  # fmt: skip
 @click.option(
     "--set", "settings", multiple=True, metavar="PASS.OPTION=VALUE",
     help="Set an option of a pass.", shell_complete=completion.of(completion.settings),
@@ -112,6 +121,8 @@ def command(
     slide_tolerance: float,
     asked: Asked | None,
     verbosity: int,
+    no_config: bool,
+    show_config: bool,
     **options: Any,
 ) -> int:
     from ..boundary.policy import POLICIES, Slide
@@ -119,11 +130,18 @@ def command(
     from ..formats import PIPE
     from ..jobs.optimize_file import FileTask, InvalidFileError, optimize_file, place_of
     from ..plans.config import Request
+    from ..plans.sources import Settled
+    from .config import project_of, show
     from .output import print_findings, print_reports, with_command
     from .terminal import compile_kernels, progress, say
 
     # The rest of the options have the names of what they say of the pipeline, and of the files.
-    request = Request(**{f.name: options.pop(f.name) for f in fields(Request)})
+    project = Settled() if no_config else project_of()
+    said = {f.name: options.pop(f.name) for f in fields(Request) if f.name in options}
+    request = Request(**said, project=project)
+    if show_config:
+        show(request, asked is not None)
+        return EXIT_DONE
     policy = Slide(slide_tolerance) if boundary == Slide.name else POLICIES[boundary]()
     task = FileTask(
         input, place_of(input, output, in_place), request, policy, metric=asked, **options

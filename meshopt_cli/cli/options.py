@@ -120,12 +120,15 @@ def file_options(function: Function) -> Function:
 
     @functools.wraps(function)
     def wrapped(*args: Any, output: Path | None, to: Path | None, **kwargs: Any) -> Any:
+        if kwargs["input"] is None and not kwargs.get("show_config"):
+            ctx = click.get_current_context()
+            raise click.MissingParameter(ctx=ctx, param=ctx.command.params[0])
         if output is not None and to is not None:
             raise click.UsageError(f"OUTPUT is given twice: {output} and, by -o, {to}")
         return function(*args, output=output if to is None else to, **kwargs)
 
     for option in reversed((
-        click.argument("input", type=INPUT),
+        click.argument("input", type=INPUT, required=False, metavar="INPUT"),
         click.argument("output", type=OUTPUT, required=False),
         click.option("-o", "--output", "to", type=OUTPUT, metavar="FILE", help="OUTPUT."),
         click.option("--in-place", is_flag=True,

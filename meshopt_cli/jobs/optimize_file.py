@@ -22,9 +22,9 @@ from ..formats.medit_sol import is_sol
 from ..mesh.any_cells import is_of_any_cells
 from ..mesh.model import Mesh
 from ..passes import PASSES, Observer
-from ..plans.config import Plan, Request, plan_for
+from ..plans.config import Plan, Request, plan_of, settle
 from ..plans.pipeline import Pipeline
-from ..plans.presets import ADAPT
+from ..plans.sources import Settled
 from ..report.model import Report
 from ..report.verdict import Verdict
 from ..validity import meant
@@ -161,10 +161,10 @@ def optimize_file(
         See `optimize`.
     """
     # What is wrong with the request is said before the mesh is read.
-    request = _request_of(task)
-    asked = _plan(request, task)
+    holds = settle(task.request, task.metric is not None)
+    asked = _plan(holds, task)
     _require_use(task.policy, asked.pipeline)
-    allowed = _allowed(request, asked.allow)
+    allowed = _allowed(holds, asked.allow)
     off = keep_offs(task.keep_off)
     require_writable(task.output)
     if task.metric_out is not None and task.metric is None:
@@ -190,7 +190,7 @@ def optimize_file(
                 f"{task.input}: a metric drives meshes of triangles or of tetrahedra alone; "
                 "meshopt report judges any mesh by one"
             )
-        plan = _plan(request, task, mesh.dimension(), kind)
+        plan = _plan(holds, task, mesh.dimension(), kind)
         encoding = formats.encoding_for(task.output, source.encoding, task.file_format, task.binary)
         clock.append(time.perf_counter())
         if prepare is not None:
@@ -242,17 +242,10 @@ def optimize_file(
     return FileResult(result, report, written)
 
 
-def _request_of(task: FileTask) -> Request:
-    """The request of a task: with a metric, a preset of its own unless another is named."""
-    request = task.request
-    named = (request.preset, request.passes, request.config)
-    if task.metric is not None and named == (None, None, None):
-        return replace(request, preset=ADAPT)
-    return request
-
-
-def _plan(request: Request, task: FileTask, dimension: int = 3, kind: str = SIMPLICES) -> Plan:
-    plan = plan_for(request, dimension, kind)
+def _plan(
+    holds: Settled, task: FileTask, dimension: int | None = None, kind: str = SIMPLICES
+) -> Plan:
+    plan = plan_of(holds, dimension, kind)
     for step in plan.pipeline.passes():
         if task.metric is None and step.needs_metric:
             raise ConfigError(f"the pass {step.name} needs a metric: add --metric or --size")
@@ -277,7 +270,7 @@ def _work_for(kind: str) -> Callable[..., Result]:
     return optimize_cells
 
 
-def _allowed(request: Request, codes: tuple[str, ...]) -> tuple[str, ...]:
+def _allowed(holds: Settled, codes: tuple[str, ...]) -> tuple[str, ...]:
     """The rules that the mesh may break, by their codes.
 
     Raises
@@ -288,8 +281,9 @@ def _allowed(request: Request, codes: tuple[str, ...]) -> tuple[str, ...]:
     try:
         return meant(codes)
     except ConfigError as error:
-        source = "--allow" if request.allow is not None else f"{request.config}: allow"
-        raise ConfigError(f"{source}: {error}") from None
+        origin = holds.origins["allow"]
+        where = "" if origin == "--allow" else ": allow"
+        raise ConfigError(f"{origin}{where}: {error}") from None
 
 
 def place_of(input: Path, output: Path | None, in_place: bool) -> Path:

@@ -9,7 +9,7 @@ from ..passes import SILENT, Budget, Observer, OutOfTimeError, Pass, Work
 from ..passes.check import Check
 from ..passes.confine import Confine
 from ..passes.repair import Repair
-from .stages import Change, Outcome, Sequence, Stage
+from .stages import Outcome, Sequence, Stage
 from .stop import NOTHING_TO_GAIN, TANGLED, TIME_IS_UP, gain
 
 # A run that gains less than this part of the quality hands its input back untouched, so that
@@ -50,12 +50,6 @@ class Pipeline:
         """Whether it may be given a mesh with inverted cells."""
         return any(step.mends_tangles for step in self.passes())
 
-    def mapped(self, change: Change) -> Pipeline:
-        """The same pipeline with other passes in the place of its own."""
-        repairs = tuple(step for step in map(change, self.repairs) if isinstance(step, Repair))
-        stages = tuple(stage.mapped(change) for stage in self.stages)
-        return replace(self, stages=stages, repairs=repairs)
-
     def confined(self) -> Pipeline:
         """The same pipeline for a mesh whose vertices were told where to stay."""
         confine = Sequence((Confine(),))
@@ -81,10 +75,12 @@ class Pipeline:
         untouched, before = work.copy(), work.standing()
         del work  # held by the outcome, until that goes back to a copy
         try:
+            is_mended = not self.mends_tangles
             for stage in self.stages:
                 stage.run(outcome)
-                if outcome.work.standing().worst <= 0.0:
-                    break  # nothing but untangling helps, and it comes first
+                is_mended |= any(step.mends_tangles for step in stage.passes())
+                if is_mended and outcome.work.standing().worst <= 0.0:
+                    break  # nothing but untangling helps
         except OutOfTimeError:
             outcome.stopped = TIME_IS_UP
         after = outcome.work.standing()
