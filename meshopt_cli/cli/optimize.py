@@ -71,6 +71,18 @@ compressed; - stands for stdin or stdout, and then the report goes to stderr.
     metavar="WHERE",
     help="Write the metric at the points of OUTPUT: to a file, .sol or .solb, or as an array.",
 )
+@click.option(
+    "--only", multiple=True, metavar="WHERE",
+    help="Work only on cells in a region, an entity or a physical group, by name or number, or in "
+         "a box XMIN:XMAX,YMIN:YMAX[,ZMIN:ZMAX]; all others stay as they are; repeatable.",
+)  # fmt: skip
+@click.option(
+    "--freeze",
+    multiple=True,
+    metavar="WHERE",
+    help="Cells there stay as they are, with their vertices; repeatable.",
+)
+@number_option("below", metavar="Q", help="Work only around cells that are worse than Q.")
 @number_option("rounds", metavar="N", help="At most so many rounds.")
 @number_option("target-quality", metavar="Q", help="Stop when no cell is worse.")
 @number_option("time-limit", metavar="S", help="Stop after so many seconds.")

@@ -35,6 +35,7 @@ from .optimize import Result, optimize
 from .quality_arrays import with_quality, without_quality
 from .regions import with_asked_regions
 from .report import naming_cells, report_of
+from .selection import frozen_in, require_selectable
 
 if TYPE_CHECKING:  # seldom met
     from .metric import Asked
@@ -196,6 +197,11 @@ def optimize_file(
         if prepare is not None:
             prepare(plan.kernels())
         with naming(task.input):
+            frozen = frozen_in(mesh, plan.selection, plan.measure)
+            if frozen is not None:
+                require_selectable(mesh, plan.pipeline, task.policy, off)
+                if frozen.is_all:
+                    frozen, plan = None, plan.idle()
             work = partial(
                 _work_for(kind),
                 measure=plan.measure,
@@ -205,6 +211,7 @@ def optimize_file(
                 policy=task.policy,
                 allowed=allowed,
                 keep_offs=off,
+                frozen=frozen,
             )
             if task.metric is None:
                 result, metric = work(mesh, plan.pipeline), None

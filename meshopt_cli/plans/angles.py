@@ -39,7 +39,7 @@ class WithAngles:
         yield from self.body.passes()
 
     def run(self, outcome: Outcome, round: int = 0) -> None:
-        judge, bounds = outcome.work.judge, outcome.work.bounds
+        judge, bounds = outcome.work.mesh.judge, outcome.work.bounds
         good_enough = 1.0 / max(ANGLE_Q, NEAR_TARGET * bounds.target)
         least = min(outcome.work.standing().worst, good_enough)
         lenience = 1.0

@@ -6,9 +6,11 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from ..passes.repair import Repair
+from ..quality.measures import measure_named
 from .angles import WithAngles
 from .items import PASS, Item, pass_of, passes_in
 from .stages import Chain, Repeat, Sequence, Stage, Trial, Unsettled, UpTo
+from .steering import ByMeasure
 from .stop import Stop
 
 
@@ -51,6 +53,8 @@ def _repeat(item: Item, stop: Stop) -> Stage:
 
 def _steps(item: Item, stop: Stop) -> Stage:
     body = _body(item["steps"], stop)
+    if "measure" in item:
+        body = ByMeasure(measure_named(item["measure"]), body)
     return UpTo(item["max-cells"], body) if "max-cells" in item else body
 
 

@@ -13,7 +13,7 @@ from ..errors import ConfigError, UnsupportedMeshError
 from ..quality.measures import DEFAULT_MEASURE, Measure, measure_named
 from ..work.kinds import CELLS, FACES, SIMPLICES
 from .build import repairs_of, stages_of, stop_of
-from .items import PASS, Item, pass_of, passes_in
+from .items import PASS, Item, measures_in, pass_of, passes_in
 from .pipeline import Pipeline
 from .presets import ADAPT, DEFAULT_PRESET, parts_of, preset_named
 from .ranges import RANGES, cut, quoted
@@ -21,6 +21,7 @@ from .settings import option_of, pass_named
 from .sources import (
     KINDS,
     NUMBERS,
+    SELECT,
     STOPS,
     Settled,
     changed,
@@ -54,7 +55,32 @@ class Request:
     target_quality: float | None = None
     time_limit: float | None = None
     allow: tuple[str, ...] | None = None
+    only: tuple[str, ...] = ()
+    freeze: tuple[str, ...] = ()
+    below: float | None = None
     project: Settled = field(default_factory=Settled)
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Which cells of a mesh are worked on; all others stay as they are.
+
+    Attributes
+    ----------
+    only, freeze : tuple of str
+        Those in one of these groups or boxes, all without any, but for those in one of the others.
+    below : float, optional
+        Of them those around cells that have a greater Q.
+    """
+
+    only: tuple[str, ...] = ()
+    freeze: tuple[str, ...] = ()
+    below: float | None = None
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether these are all."""
+        return self == Selection()
 
 
 @dataclass(frozen=True)
@@ -69,6 +95,8 @@ class Plan:
         Codes, or prefixes of codes, of the rules that the mesh may break.
     kind : str
         Of the working mesh.
+    selection : Selection
+        What is worked on.
     """
 
     pipeline: Pipeline
@@ -76,6 +104,11 @@ class Plan:
     all_measures: bool = False
     allow: tuple[str, ...] = ()
     kind: str = SIMPLICES
+    selection: Selection = field(default_factory=Selection)
+
+    def idle(self) -> Plan:
+        """The same, which changes nothing."""
+        return replace(self, pipeline=replace(self.pipeline, stages=()))
 
     def kernels(self) -> list[str]:
         """Groups of kernels that a run needs."""
@@ -132,8 +165,10 @@ def settle(request: Request, in_metric: bool = False) -> Settled:
 def _options(request: Request) -> Settled:
     """What the options of the command line say."""
     found = Settled()
-    for key in ("preset", "measure", *NUMBERS, "allow"):
-        value = getattr(request, key.replace("-", "_"), None)
+    for key in ("preset", "measure", *NUMBERS, "allow", *SELECT):
+        value: Any = getattr(request, key.replace("-", "_"), None)
+        if key in SELECT:  # none is said where there are none
+            value = list(value) or None
         if value is not None and key in NUMBERS:
             value = _number(key, value)
         found = found.then(settled({key: value}, f"--{key}"))
@@ -185,11 +220,13 @@ def plan_of(holds: Settled, dimension: int | None = None, kind: str = SIMPLICES)
     items = table["pipeline"]
     pipeline = Pipeline(
         holds.preset or "custom", stages_of(items, stop), values.get("time-limit", math.inf),
-        repairs_of(items),
+        repairs_of(items), tuple(measures_in(items)),
     )  # fmt: skip
     all_measures = values.get("all-measures", False)
     allow = tuple(values.get("allow", ()))
-    return Plan(pipeline, measure, all_measures, allow, kind)
+    only, freeze = (tuple(values.get(key, ())) for key in SELECT)
+    selection = Selection(only, freeze, values.get("below"))
+    return Plan(pipeline, measure, all_measures, allow, kind, selection)
 
 
 def _kind_for(holds: Settled, dimension: int | None, kind: str) -> str:

@@ -12,6 +12,7 @@ from typing import Any
 
 from ..errors import ConfigError, hint
 from ..passes import PASSES, Pass
+from ..quality.measures import QUALITIES, Measure, measure_named
 from .keys import (
     Flag,
     Number,
@@ -33,6 +34,8 @@ Parts = Mapping[str, Any]
 MOST_ITEMS = 10_000  # of a pipeline, those of parts each time that they are run
 PASS, RUN = "pass", "run"
 NAMED = "named-"
+
+DRIVING = tuple(name for name, row in QUALITIES.items() if row.drives)  # measures
 
 # When rounds end; what is left out is as the pipeline says.
 UNTIL = Table({
@@ -90,8 +93,9 @@ FORMS = {
         ),
         Form(
             "steps",
-            "items, one after the other, of a mesh of `max-cells` at most where that is said",
-            {"max-cells": Number(Range(0, MOST, is_whole=True))},
+            "items, one after the other; of a mesh of `max-cells` at most, or steered by another "
+            "`measure` than the run, where that is said",
+            {"max-cells": Number(Range(0, MOST, is_whole=True)), "measure": Text(DRIVING)},
         ),
         Form(
             "angles",
@@ -193,6 +197,8 @@ def _head_of(row: Any, place: Place) -> str:
     """The key that tells what an item is."""
     if not isinstance(row, dict):
         raise WrongKeyError(place, f"an item of a pipeline is a table, not {quoted(row)}")
+    if PASS in row:  # whose options may have the names of others
+        return PASS
     heads = [key for key in row if key in HEADS]
     if len(heads) > 1:
         raise WrongKeyError((*place, heads[1]), f"{heads[0]} and {heads[1]} exclude each other")
@@ -256,6 +262,16 @@ def passes_in(items: list[Item]) -> Iterator[Item]:
         for value in item.values():
             if isinstance(value, list):
                 yield from passes_in(value)
+
+
+def measures_in(items: list[Item]) -> Iterator[Measure]:
+    """The measures that steer some items."""
+    for item in items:
+        if "measure" in item:
+            yield measure_named(item["measure"])
+        for value in item.values():
+            if isinstance(value, list):
+                yield from measures_in(value)
 
 
 def schemas() -> dict[str, Any]:

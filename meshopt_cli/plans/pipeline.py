@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
+from ..cells import FAMILIES
+from ..errors import ConfigError
 from ..passes import SILENT, Budget, Observer, OutOfTimeError, Pass, Work
 from ..passes.check import Check
 from ..passes.confine import Confine
 from ..passes.repair import Repair
+from ..quality.measures import Measure
 from .stages import Outcome, Sequence, Stage
 from .stop import NOTHING_TO_GAIN, TANGLED, TIME_IS_UP, gain
 
@@ -28,12 +31,27 @@ class Pipeline:
         Seconds from the start of the run.
     repairs : tuple of Repair
         What is to be mended of a mesh before it is worked on; `run` has no part in it.
+    measures : tuple of Measure
+        What steers stages of it, besides the measure of the run.
     """
 
     name: str
     stages: tuple[Stage, ...]
     time_limit: float = float("inf")
     repairs: tuple[Repair, ...] = ()
+    measures: tuple[Measure, ...] = ()
+
+    def require_measures(self, measure: Measure, families: Iterable[str]) -> None:
+        """Refuse cells of families that the measure of a run, or of a stage, is not for.
+
+        Raises
+        ------
+        ConfigError
+        """
+        for one in (measure, *self.measures):
+            lacking = [FAMILIES[family].plural for family in families if family not in one.ways]
+            if lacking:
+                raise ConfigError(f"measure {one.name} cannot steer {' and '.join(lacking)}")
 
     def passes(self) -> Iterator[Pass]:
         yield from self.repairs

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..quality.measures import QUALITIES
-from .items import schemas
+from .items import DRIVING, schemas
 from .presets import PRESETS
 from .sources import KEYS
 
@@ -16,7 +15,7 @@ def schema() -> dict[str, Any]:
     """The schema of a pipeline file, made of the tables that it is read by."""
     keys = {key: value.schema() for key, value in KEYS.items()}
     keys["preset"] = {"enum": list(PRESETS)}
-    keys["measure"] = {"enum": [name for name, row in QUALITIES.items() if row.drives]}
+    keys["measure"] = {"enum": list(DRIVING)}
     return {
         "$schema": DIALECT,
         "title": "Pipelines of meshopt optimize",

@@ -18,7 +18,8 @@ from .ranges import RANGES, quoted
 from .toml import read_text, tables_of
 
 STOPS = ("rounds", "gain", "target-quality")
-NUMBERS = (*STOPS, "time-limit")
+NUMBERS = (*STOPS, "time-limit", "below")
+SELECT = ("only", "freeze")  # lists of what is selected
 # Tables for kinds of meshes: their keys are those of `STOPS` and the pipeline.
 PLANE, SPACE = "plane", "space"
 KINDS = {
@@ -82,6 +83,7 @@ KEYS: dict[str, Value] = {
     "all-measures": Flag(),
     **{key: Number(RANGES[key]) for key in NUMBERS},
     "allow": Texts(),
+    **dict.fromkeys(SELECT, Texts()),
     "before": PassList(),
     "pass": PassList(),
     "pipeline": ITEMS,

@@ -9,8 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from meshopt_cli import formats
 from meshopt_cli.cli.entry import status_of
 from meshopt_cli.errors import ConfigError, UnsupportedMeshError
+from meshopt_cli.passes.check import Check
 from meshopt_cli.passes.smooth import Smooth
 from meshopt_cli.passes.swap import Swap
 from meshopt_cli.plans.angles import ANGLE_Q, WithAngles
@@ -21,12 +23,16 @@ from meshopt_cli.plans.presets import FOLDER, PRESETS
 from meshopt_cli.plans.project import found_in
 from meshopt_cli.plans.schema import schema
 from meshopt_cli.plans.sources import KINDS
-from meshopt_cli.plans.stages import Chain, Repeat, Sequence, Trial, Unsettled, UpTo
+from meshopt_cli.plans.stages import Chain, Outcome, Repeat, Sequence, Trial, Unsettled, UpTo
+from meshopt_cli.plans.steering import ByMeasure
 from meshopt_cli.plans.stop import Stop
 from meshopt_cli.plans.writing import text_of
+from meshopt_cli.quality.measures import QUALITIES
 from meshopt_cli.work.kinds import CELLS, FACES, SIMPLICES
+from meshopt_cli.work.session import Workspace
+from support.meshes import hex_grid
 from support.options import OPTIONS, every_preset, field_of, names, refused
-from support.samples import ROOT, SAMPLES
+from support.samples import ROOT, SAMPLES, sample
 
 # Dimensions and kinds of working meshes.
 MESHES = [(2, SIMPLICES), (3, SIMPLICES), (2, FACES), (3, CELLS)]
@@ -91,6 +97,51 @@ pass = "smooth"
 sweeps = 2
 """
     assert planned(lines).pipeline == planned(tables).pipeline
+
+
+STEERED = """
+pipeline = [
+  { repeat = [{ pass = "smooth" }, { pass = "swap" }], until = { rounds = 4 } },
+  { steps = [{ repeat = [{ pass = "smooth", method = "optimize" }] }], measure = "angle-min" },
+]
+"""
+
+
+@pytest.fixture
+def steered(planned):
+    """A working mesh, and the two stages of a pipeline, the second by the least angle."""
+    first, second = planned(STEERED).pipeline.stages
+    assert isinstance(second, ByMeasure)
+    work = Workspace(sample("raw_ball.mesh"), QUALITIES["aspect-ratio"].judge)
+    outcome = Outcome(work)
+    first.run(outcome)
+    return outcome, second
+
+
+def test_another_measure_steers_what_it_is_for(steered):
+    """The worst cell gets better by that, as it does not by the measure of the run."""
+    outcome, stage = steered
+    judge, bounds = outcome.work.mesh.judge, outcome.work.bounds
+    before, by_angle = outcome.work.copy(), QUALITIES["angle-min"].judge
+    before.judge_by(by_angle)
+    stage.run(outcome)
+    assert outcome.work.mesh.judge == judge
+    assert outcome.work.bounds == bounds
+    after = outcome.work.copy()
+    after.judge_by(by_angle)
+    assert after.standing().is_better_than(before.standing())
+    Check().run(outcome.work)
+
+
+def test_a_measure_that_is_not_for_such_cells_is_refused(tmp_path, pipeline_file, capsys):
+    path = pipeline_file("pipeline = [{ steps = [{ pass = 'smooth' }], measure = 'angle-min' }]")
+    mesh = tmp_path / "in.vtk"
+    formats.write(mesh, hex_grid(2), formats.FORMATS["vtk"].default)
+    arguments = ["optimize", str(mesh), str(tmp_path / "out.vtk"), "--config", str(path)]
+    assert status_of(arguments) == 2
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1
+    assert "measure angle-min cannot steer hexahedra" in err
 
 
 def test_every_form_is_made():
@@ -208,7 +259,8 @@ WRONG = [
     ("pipeline = [\n  { repeat = [], until = { round = 2 } },\n]", 2, "did you mean 'rounds'"),
     ("pipeline = [\n  { repeat = [], until = { rounds = 0 } },\n]", 2, "rounds"),
     ("[[pipeline]]\npass = 'swap'\n[[pipeline]]\nrepeet = []", 4, "did you mean 'repeat'"),
-    ("[[pipeline]]\npass = 'swap'\nrepeat = []", 3, "exclude each other"),
+    ("[[pipeline]]\npass = 'swap'\nrepeat = []", 3, "no option 'repeat'"),
+    ("[[pipeline]]\nsteps = []\nrepeat = []", 3, "exclude each other"),
     ("[[pipeline]]\nguarded = true", 1, "one of the keys"),
     ("pipeline = [\n3]", 2, "a table"),
     ("pipeline = 3", 1, "pipeline"),
@@ -227,6 +279,8 @@ WRONG = [
     ("rounds = 1\npipeline = []\n[[pass]]\nname = 'swap'", 2, "exclude"),
     ("preset = 'fast'\n[plane]\npipeline = []", 2, "exclude"),
     ("all-measures = 1", 1, "all-measures"),
+    ("pipeline = [\n{ steps = [], measure = 'angle-mn' }]", 2, "did you mean 'angle-min'"),
+    ("pipeline = [\n{ steps = [], measure = 'edge-ratio' }]", 2, "measure"),
     ("pipeline = [{ pass = 'fit', longest = 0.5 }]", 1, "fit.longest"),
     ('text = """\n# [a]\n"""\n', 1, "unknown key 'text'"),
     ('measure = \"\"\"\naspect-ratio\"\"\"\nrounds = 0', 3, "rounds"),
