@@ -35,6 +35,9 @@ def optimize(
     passes: Names | None = None,
     config: str | os.PathLike[str] | None = None,
     set: Mapping[str, object] | Names = (),
+    only: Names = (),
+    freeze: Names = (),
+    below: float | None = None,
     measure: str | None = None,
     metric: str | np.ndarray | None = None,
     size: Names | None = None,
@@ -75,6 +78,11 @@ def optimize(
         A pipeline in a TOML file instead.
     set : mapping, or names, optional
         Options of passes, such as ``{"smooth.method": "laplace"}``.
+    only, freeze : words, optional
+        Cells to work on alone, or to leave as they are: groups by name or number, or boxes such as
+        "0:1,0:1,0:0.5".
+    below : float, optional
+        Work only around cells that are worse than this Q, 1 at least.
     measure : str, optional
         What quality is, 1 for the ideal cell: see `meshopt list measures`.
     metric : str or (np,) or (np, k) array, optional
@@ -138,14 +146,14 @@ def optimize(
     """
     numbers_in({
         "rounds": rounds, "target_quality": target_quality, "time_limit": time_limit,
-        "fail_above": fail_above, "slide_tolerance": slide_tolerance,
+        "fail_above": fail_above, "below": below, "slide_tolerance": slide_tolerance,
     })  # fmt: skip
     from ..jobs.optimize_file import named_in
-    from ..jobs.optimize_mesh import optimize_mesh, settled, task_of
+    from ..jobs.optimize_mesh import accepted, optimize_mesh, task_of
     from ..progress.observer import SILENT, Stage
     from ..progress.watch import Watch
 
-    settings = settled(
+    given_task = accepted(
         task_of(
             boundary,
             slide_tolerance,
@@ -153,6 +161,9 @@ def optimize(
             passes=names_of(passes),
             config=None if config is None else Path(config),
             settings=settings_of(set),
+            only=words_of(only),
+            freeze=words_of(freeze),
+            below=below,
             measure=measure,
             rounds=rounds,
             target_quality=target_quality,
@@ -172,7 +183,7 @@ def optimize(
     observer: Observer = SILENT if progress is None else Watch(progress)
     observer.entered(Stage.READ)
     given = taken(mesh, input_format, max_size)
-    done = optimize_mesh(settings, given.mesh, given.source, observer, _compile)
+    done = optimize_mesh(given_task, given.mesh, given.source, observer, _compile)
     result = Result(named_in(done, given.source), given)
     if fail_above is not None and result.after.worst > fail_above:
         what = f"the worst Q stays at {result.after.worst:.4g}, above {fail_above:g}"

@@ -54,8 +54,17 @@ compressed; - stands for stdin or stdout, and then the report goes to stderr.
     shell_complete=completion.of(completion.passes, many=True),
 )  # fmt: skip
 @click.option(
-    "--config", type=click.Path(path_type=Path), metavar="FILE", help="Pipeline in a TOML file."
-)
+    "--config", type=click.Path(path_type=Path), metavar="FILE",
+    help="Pipeline in a TOML file; see `meshopt schema`.",
+)  # fmt: skip
+@click.option(
+    "--no-config", is_flag=True,
+    help="Pass over the meshopt.toml, or pyproject.toml, that is nearest.",
+)  # fmt: skip
+@click.option(
+    "--show-config", is_flag=True,
+    help="Print the pipeline that these options make, as a TOML file; no INPUT is needed.",
+)  # fmt: skip
 @click.option(
     "--set", "settings", multiple=True, metavar="PASS.OPTION=VALUE",
     help="Set an option of a pass.", shell_complete=completion.of(completion.settings),
@@ -67,6 +76,18 @@ compressed; - stands for stdin or stdout, and then the report goes to stderr.
     metavar="WHERE",
     help="Write the metric at the points of OUTPUT: to a file, .sol or .solb, or as an array.",
 )
+@click.option(
+    "--only", multiple=True, metavar="WHERE",
+    help="Work only on cells in a region, an entity or a physical group, by name or number, or in "
+         "a box XMIN:XMAX,YMIN:YMAX[,ZMIN:ZMAX]; all others stay as they are; repeatable.",
+)  # fmt: skip
+@click.option(
+    "--freeze",
+    multiple=True,
+    metavar="WHERE",
+    help="Cells there stay as they are, with their vertices; repeatable.",
+)
+@number_option("below", metavar="Q", help="Work only around cells that are worse than Q.")
 @number_option("rounds", metavar="N", help="At most so many rounds.")
 @number_option("target-quality", metavar="Q", help="Stop when no cell is worse.")
 @number_option("time-limit", metavar="S", help="Stop after so many seconds.")
@@ -122,14 +143,22 @@ def command(
     asked: Asked | None,
     keep_best: bool,
     verbosity: int,
+    no_config: bool,
+    show_config: bool,
     **options: Any,
 ) -> int:
     from ..jobs.destinations import is_pattern
     from ..jobs.optimize_file import FileTask, place_of
     from ..jobs.optimize_mesh import task_of
+    from ..plans.sources import Settled
+    from .config import project_of, show
 
     of_files = {key: options.pop(key) for key in OF_FILES}
-    work = task_of(metric=asked, **options)
+    project = Settled() if no_config else project_of()
+    work = task_of(metric=asked, project=project, **options)
+    if show_config:
+        show(work.request, asked is not None)
+        return EXIT_DONE
     shown = OUTPUTS["json" if as_json else "table"]
     written = {path: output_of(path) for path in reports}
     if verbosity > 0 or any(row.all_measures for row in (shown, *written.values())):

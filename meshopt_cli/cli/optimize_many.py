@@ -16,7 +16,7 @@ from ..files.sink import PIPE, is_stream
 from ..jobs.destinations import destinations
 from ..jobs.meshes import files_in
 from ..jobs.optimize_many import Outcome, optimize_all
-from ..jobs.optimize_mesh import settled
+from ..jobs.optimize_mesh import accepted
 from ..reports.many import last_line, line_of
 from ..reports.outputs import Manner, ReportOutput, write_reports
 from .options import LOG_FILE
@@ -59,7 +59,7 @@ def optimize_many(
     tasks = _tasks(many, task)
     read = [path for one in tasks for path in one.sources]
     require_places([*_places(tasks), *written], read, read if many.in_place else ())
-    compile_kernels(verbosity < 0, settled(task.task).plan.kernels())
+    compile_kernels(verbosity < 0, accepted(task.task).plan.kernels())
     set_up = partial(set_up_log, file=click.get_current_context().meta[LOG_FILE])
     outcomes = list(_told(optimize_all(tasks, many.jobs, set_up, verbosity), shown, verbosity))
     reports = [with_command(one.report) for one in outcomes if one.report is not None]

@@ -156,7 +156,7 @@ def many_file_options(function: Function) -> Function:
         if kwargs["output_dir"] is None and not is_pattern(to):
             if len(inputs) == 2:
                 output = _once(as_pipe(meshes[1], 1), to)
-            if not inputs:
+            if not inputs and not kwargs["show_config"]:
                 raise click.UsageError("Missing argument 'INPUT'.")
             if len(inputs) > 2:
                 raise click.UsageError(

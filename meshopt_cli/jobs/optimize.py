@@ -19,7 +19,7 @@ from ..kernels.types import MAPPED
 from ..mesh.cast import Simplices, cast, with_simplices
 from ..mesh.model import Mesh, main_blocks, main_type
 from ..mesh.second_order import SecondOrder, is_second_order, separated
-from ..mesh.tags import Regions, tags_of
+from ..mesh.tags import Regions, regions_in, tags_of
 from ..passes import Tally
 from ..plans.improve import Worked, improve
 from ..plans.pipeline import Pipeline
@@ -42,6 +42,7 @@ from .admission import (
 )
 from .curved import require_plane, to_be_kept, warn_of_curved
 from .regions import doubt_regions
+from .selection import Frozen
 from .told import constraints_on, found_stray, prove_told, staying, warn_of_new
 
 if TYPE_CHECKING:  # seldom met
@@ -64,10 +65,12 @@ class Prepared:
 
     Attributes
     ----------
-    source : Mesh
+    whole : Mesh
         As it was read, its tetrahedra turned where they had to be.
+    source : Mesh
+        The same without the cells that stay.
     mesh : Mesh
-        The same, by its corners where it is of second order.
+        This, by its corners where it is of second order.
     second : SecondOrder or None
         How to put its middle nodes back.
     part : Simplices
@@ -85,6 +88,7 @@ class Prepared:
         What was mended of it before.
     """
 
+    whole: Mesh
     source: Mesh
     mesh: Mesh
     second: SecondOrder | None
@@ -156,6 +160,7 @@ def optimize(
     allowed: tuple[str, ...] = (),
     background_of: BackgroundOf | None = None,
     keep_offs: tuple[KeepOff, ...] = (),
+    frozen: Frozen | None = None,
 ) -> Result:
     """Optimize a mesh; the input is left as it is.
 
@@ -175,6 +180,8 @@ def optimize(
         from, and the numbers, (np,), that its points have there.
     keep_offs : tuple of KeepOff
         What the vertices of the mesh keep off; new ones do not.
+    frozen : Frozen, optional
+        Cells that stay as they are.
 
     Raises
     ------
@@ -188,7 +195,7 @@ def optimize(
     start = time.perf_counter()
     others = tuple(OF_SIMPLICES.values()) if with_all_measures else ()
     observer.entered(Stage.CHECK)
-    prepared = prepare(mesh, pipeline, measure, policy, others, allowed)
+    prepared = prepare(mesh, pipeline, measure, policy, others, allowed, frozen)
     before, kept, near = prepared.before, None, None
     judge, target = measure.judge, before.target
     while True:
@@ -225,14 +232,19 @@ def optimize(
     stays = staying(prepared.part, prepared.boundary.patches)
     prove_told(told, prepared.part, worked.part.points, worked.origin, stays)
     after = prove(prepared, worked, restored.by_corners, measure, others, background_of is not None)
+    result, part = restored.mesh, prepared.part
+    if frozen is not None:  # which are told of, too
+        result = frozen.put_back(prepared.whole, result, restored.origin)
+        part = cast(prepared.whole)
+        before, after = (summarize(one, measure, others) for one in (part, cast(result)))
     if with_all_measures:
-        forced = forced_angles(prepared.part)
+        forced = forced_angles(part)
         before, after = replace(before, forced=forced), replace(after, forced=forced)
     if background_of is not None:  # what the boundary allows is told without a metric
         before, after = replace(before, room=None), replace(after, room=None)
     seconds = time.perf_counter() - start
     return Result(
-        restored.mesh,
+        result,
         measure,
         before,
         after,
@@ -251,6 +263,7 @@ def prepare(
     policy: Policy,
     others: tuple[Measure, ...] = (),
     allowed: tuple[str, ...] = (),
+    frozen: Frozen | None = None,
 ) -> Prepared:
     """Mend a mesh as the pipeline says, admit it, and take from it what is worked on.
 
@@ -260,6 +273,8 @@ def prepare(
         Measures whose worst Q is wanted as well.
     allowed : tuple of str
         Codes of the rules that the mesh may break. What meets without being shared stays as it is.
+    frozen : Frozen, optional
+        Cells that are left out, whose vertices stay.
 
     Raises
     ------
@@ -273,12 +288,18 @@ def prepare(
         mesh, tallies = mended(mesh, pipeline.repairs)
     require_known_cells(mesh)
     require_range(mesh)
-    source, tangle = admit(mesh, pipeline.mends_tangles, allowed)
+    whole, tangle = admit(mesh, pipeline.mends_tangles and frozen is None, allowed)
+    source = whole
+    if frozen is not None:
+        frozen.require_same(mesh, whole)
+        source = frozen.left_out_of(replace(source, regions=regions_in(source).arrays))
     second = separated(source) if is_second_order(source) else None
     if second is not None and policy.name == Split.name:
         raise ConfigError("--boundary split is for cells of first order: leave it out here")
     mesh = source if second is None else second.linear
     part = _part_of(source, second, allowed)
+    if frozen is not None:
+        part = part.holding(frozen.vertices(whole))
     if second is not None:
         require_plane(second, part)
         warn_of_curved(second)
@@ -290,7 +311,9 @@ def prepare(
     boundary = policy.bound_to(mesh, part)
     standing = Standing(1.0 / before.worst, before.mean, before.mean)
     mends = tuple(Line(0, tally, standing) for tally in tallies)
-    return Prepared(source, mesh, second, part, boundary, before, tangle, regions, allowed, mends)
+    return Prepared(
+        whole, source, mesh, second, part, boundary, before, tangle, regions, allowed, mends
+    )  # fmt: skip
 
 
 def _part_of(source: Mesh, second: SecondOrder | None, allowed: tuple[str, ...]) -> Simplices:

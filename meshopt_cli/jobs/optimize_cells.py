@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -13,7 +15,7 @@ from ..boundary.policy import Fixed, Policy
 from ..cells import FAMILIES, SIMPLICES
 from ..constraints.grammar import KeepOff
 from ..constraints.model import Constraints
-from ..errors import ConfigError, InvariantError, UnsupportedMeshError
+from ..errors import InvariantError, UnsupportedMeshError
 from ..mesh.any_cells import AnyCells, cast_any, points_left, with_cells
 from ..mesh.cast import Simplices
 from ..mesh.model import Block, Mesh
@@ -43,6 +45,7 @@ from .admission import (
 )
 from .mending import mended
 from .optimize import MEETING, ROUNDING, Result
+from .selection import Frozen
 from .told import constraints_on, in_work, prove_told
 
 log = logging.getLogger("meshopt")
@@ -85,6 +88,7 @@ def optimize_cells(
     policy: Policy = Fixed(),  # noqa: B008 (a frozen value)
     allowed: tuple[str, ...] = (),
     keep_offs: tuple[KeepOff, ...] = (),
+    frozen: Frozen | None = None,
 ) -> Result:
     """Optimize a mesh of quads, pyramids, wedges or hexahedra, alone or among simplices.
 
@@ -108,33 +112,41 @@ def optimize_cells(
         mesh, tallies = mended(mesh, pipeline.repairs)
     require_range(mesh)
     admitted = _admitted(mesh, pipeline, allowed)
+    whole, with_rest = admitted.mesh, _as_it_is
+    if frozen is not None:
+        frozen.require_same(mesh, whole)
+        with_rest = partial(frozen.put_back, whole)
+        admitted = _without(frozen, admitted, allowed)
     mesh = admitted.mesh
     part = cast_any(mesh)
+    if frozen is not None:
+        part.fixed[frozen.vertices(whole)] = True
     if not MEETING.isdisjoint(allowed):
         part.fixed[validity.vertices_apart(mesh)] = True
-    lacking = [FAMILIES[f].plural for f in part.families if f not in measure.ways]
-    if lacking:
-        raise ConfigError(f"measure {measure.name} cannot steer {' and '.join(lacking)}")
+    pipeline.require_measures(measure, part.families)
     others = tuple(OF_SIMPLICES.values()) if with_all_measures else ()
-    before = _summary(mesh, measure, others)
+    before = _summary(whole, measure, others)
     everywhere = np.ones(len(part.points), dtype=bool)
     told = constraints_on(mesh, part, keep_offs, everywhere)
     if told is not None:
         pipeline = pipeline.confined()
-    result, worked, outcome = _improved(admitted, part, pipeline, measure, observer, allowed, told)
+    result, worked, outcome = _improved(
+        admitted, part, pipeline, measure, observer, allowed, told, with_rest
+    )  # fmt: skip
     prove_told(told, part, in_work(part, result.points), np.arange(len(part.points)), part.fixed)
     lost: tuple[str, ...] = ()
     if not with_data:
         result = tags_only(result, regions_in(mesh).arrays)
     elif result is not mesh and admitted.tangle is None:
         result, lost = _carried(mesh, part, result, worked)
+    result = with_rest(result, points_left(part, worked))
     after = _summary(result, measure, others)
     _prove(before, after, admitted.tangle)
     standing = Standing(1.0 / before.worst, before.mean, before.mean)
     lines = (*(Line(0, tally, standing) for tally in tallies), *outcome.lines)
     return Result(
         result, measure, before, after, lines, outcome.stopped, time.perf_counter() - start,
-        regions_in(mesh), lost, tuple(outcome.left_out),
+        regions_in(whole), lost, tuple(outcome.left_out),
     )  # fmt: skip
 
 
@@ -161,6 +173,21 @@ def _admitted(mesh: Mesh, pipeline: Pipeline, allowed: tuple[str, ...]) -> Admit
     return Admitted(mesh, report, _named(report))
 
 
+def _as_it_is(result: Mesh, origin: np.ndarray) -> Mesh:
+    return result
+
+
+def _without(frozen: Frozen, admitted: Admitted, allowed: tuple[str, ...]) -> Admitted:
+    """The mesh without cells that stay, and what is curved of both where they are put back."""
+    whole = admitted.mesh
+    rest = frozen.left_out_of(replace(whole, regions=regions_in(whole).arrays))
+    curved = admitted.curved
+    if curved:
+        again = frozen.put_back(whole, rest, np.arange(len(whole.points)))
+        curved = _named(validity.check(again, ignore=allowed))
+    return replace(admitted, mesh=rest, curved=curved)
+
+
 def _is_curved_at_most(report: validity.Report) -> bool:
     """Whether nothing is wrong but inside cells, which may reach into others there."""
     broken = errors_in(report)
@@ -184,12 +211,17 @@ def _improved(
     observer: Observer,
     allowed: tuple[str, ...],
     told: Constraints | None,
+    with_rest: Callable[[Mesh, np.ndarray], Mesh],
 ) -> tuple[Mesh, AnyCells, Outcome]:
     """The mesh after the work, and the same as it was worked on.
 
-    What comes to be wrong inside cells is held where it was.
+    What comes to be wrong inside cells is held where it was: positive corners do not make a
+    Jacobian that is positive everywhere.
 
-    Positive corners do not make a Jacobian that is positive everywhere.
+    Parameters
+    ----------
+    with_rest : function of a mesh and the points of the input that its own were
+        Puts the cells back that stay.
 
     Raises
     ------
@@ -206,8 +238,9 @@ def _improved(
         assert isinstance(outcome.work, CellWork)
         observer.entered(Stage.PROVE)
         worked = outcome.work.result()
-        result = with_cells(mesh, part, worked)
-        report = validity.check(result, ignore=allowed)
+        result, origin = with_cells(mesh, part, worked), points_left(part, worked)
+        whole = with_rest(result, origin)
+        report = validity.check(whole, ignore=allowed)
         wrong = _named(report) - admitted.curved
         if _is_curved_at_most(report) and not wrong:
             if not report.is_valid:
@@ -219,9 +252,8 @@ def _improved(
         if tangle is not None:
             raise InvalidMeshError("untangling leaves it invalid: nothing written", mesh, tangle)
         fixed = held.fixed.copy()
-        origin = points_left(part, worked)
         for block, row in wrong:
-            fixed[origin[result.blocks[block].cells[row]]] = True
+            fixed[origin[whole.blocks[block].cells[row]]] = True
         held = replace(held, fixed=fixed)
     outcome.stopped = NOTHING_TO_GAIN
     return mesh, part, outcome

@@ -16,7 +16,7 @@ from ..formats.medit_sol import is_sol
 from ..progress.observer import SILENT, Observer, Stage
 from ..reports.model import Report
 from .optimize import Result
-from .optimize_mesh import Optimized, Prepare, Task, optimize_mesh, settled
+from .optimize_mesh import Optimized, Prepare, Task, accepted, optimize_mesh
 from .quality_arrays import with_quality
 from .report import naming_cells, report_of
 
@@ -101,7 +101,7 @@ def optimize_file(
     BadMeshError, UnsupportedMeshError, InvariantError
         See `optimize.optimize`.
     """
-    given = settled(task.task)
+    given = accepted(task.task)
     require_writable(task.output)
     if task.metric_out is not None and given.task.metric is None:
         raise ConfigError("--metric-out is of no use without --metric or --size")

@@ -14,9 +14,9 @@ from ..errors import EXIT_BAD_MESH, BadMeshError, ConfigError, UnsupportedMeshEr
 from ..mesh.any_cells import is_of_any_cells
 from ..mesh.model import Mesh
 from ..passes import PASSES
-from ..plans.config import Plan, Request, plan_for
+from ..plans.config import Plan, Request, plan_of, settle
 from ..plans.pipeline import Pipeline
-from ..plans.presets import ADAPT
+from ..plans.sources import Settled
 from ..progress.observer import SILENT, Observer
 from ..reports.verdict import Verdict
 from ..validity import meant
@@ -27,6 +27,7 @@ from .optimize import Result, optimize
 from .quality_arrays import without_quality
 from .regions import with_asked_regions
 from .report import naming_cells
+from .selection import frozen_in, require_selectable
 
 if TYPE_CHECKING:  # seldom met
     from ..formats import Source
@@ -108,11 +109,13 @@ def task_of(boundary: str, slide_tolerance: float, **options: Any) -> Task:
 
 
 @dataclass(frozen=True)
-class Settled:
+class Accepted:
     """A task in which nothing is wrong that can be known without a mesh.
 
     Attributes
     ----------
+    holds : Settled
+        What the request and the files of the project say together.
     plan : Plan
         For a mesh of tetrahedra.
     allowed : tuple of str
@@ -120,6 +123,7 @@ class Settled:
     """
 
     task: Task
+    holds: Settled
     plan: Plan
     allowed: tuple[str, ...]
     keep_offs: tuple[KeepOff, ...]
@@ -146,21 +150,21 @@ class Optimized:
     metric: Metric | None
 
 
-def settled(task: Task) -> Settled:
+def accepted(task: Task) -> Accepted:
     """Look for what is wrong with a task before a mesh is read.
 
     Raises
     ------
     ConfigError
     """
-    task = replace(task, request=_request_of(task))
-    plan = _plan(task)
+    holds = settle(task.request, task.metric is not None)
+    plan = _plan(holds, task)
     _require_use(task.policy, plan.pipeline)
-    return Settled(task, plan, _allowed(task.request, plan.allow), keep_offs(task.keep_off))
+    return Accepted(task, holds, plan, _allowed(holds, plan.allow), keep_offs(task.keep_off))
 
 
 def optimize_mesh(
-    given: Settled,
+    given: Accepted,
     mesh: Mesh,
     source: Source,
     observer: Observer = SILENT,
@@ -202,10 +206,15 @@ def optimize_mesh(
                 f"{source.path}: a metric drives meshes of triangles or of tetrahedra alone; "
                 "meshopt report judges any mesh by one"
             )
-        plan = _plan(task, mesh.dimension(), kind)
+        plan = _plan(given.holds, task, mesh.dimension(), kind)
         if prepare is not None:
             prepare(plan.kernels())
         with naming(source.path):
+            frozen = frozen_in(mesh, plan.selection, plan.measure)
+            if frozen is not None:
+                require_selectable(mesh, plan.pipeline, task.policy, given.keep_offs)
+                if frozen.is_all:
+                    frozen, plan = None, plan.idle()
             work = partial(
                 _work_for(kind),
                 measure=plan.measure,
@@ -215,6 +224,7 @@ def optimize_mesh(
                 policy=task.policy,
                 allowed=given.allowed,
                 keep_offs=given.keep_offs,
+                frozen=frozen,
             )
             if task.metric is None:
                 result, metric = work(mesh, plan.pipeline), None
@@ -255,17 +265,8 @@ def _require_use(policy: Policy, pipeline: Pipeline) -> None:
         raise ConfigError(f"--boundary split: no pass here splits edges; add one that does: {able}")
 
 
-def _request_of(task: Task) -> Request:
-    """The request of a task: with a metric, a preset of its own unless another is named."""
-    request = task.request
-    named = (request.preset, request.passes, request.config)
-    if task.metric is not None and named == (None, None, None):
-        return replace(request, preset=ADAPT)
-    return request
-
-
-def _plan(task: Task, dimension: int = 3, kind: str = SIMPLICES) -> Plan:
-    plan = plan_for(task.request, dimension, kind)
+def _plan(holds: Settled, task: Task, dimension: int | None = None, kind: str = SIMPLICES) -> Plan:
+    plan = plan_of(holds, dimension, kind)
     for step in plan.pipeline.passes():
         if task.metric is None and step.needs_metric:
             raise ConfigError(f"the pass {step.name} needs a metric: add --metric or --size")
@@ -283,7 +284,7 @@ def _work_for(kind: str) -> Callable[..., Result]:
     return optimize_cells
 
 
-def _allowed(request: Request, codes: tuple[str, ...]) -> tuple[str, ...]:
+def _allowed(holds: Settled, codes: tuple[str, ...]) -> tuple[str, ...]:
     """The rules that the mesh may break, by their codes.
 
     Raises
@@ -294,5 +295,6 @@ def _allowed(request: Request, codes: tuple[str, ...]) -> tuple[str, ...]:
     try:
         return meant(codes)
     except ConfigError as error:
-        source = "--allow" if request.allow is not None else f"{request.config}: allow"
-        raise ConfigError(f"{source}: {error}") from None
+        origin = holds.origins["allow"]
+        where = "" if origin == "--allow" else ": allow"
+        raise ConfigError(f"{origin}{where}: {error}") from None

@@ -40,6 +40,8 @@ def option(
 
     Parameters
     ----------
+    default : str, int or float
+        Of its kind are all values.
     choices : tuple of str
         Of a word; a number has limits instead.
     least, most : float
@@ -47,7 +49,13 @@ def option(
     """
     return field(
         default=default,
-        metadata={"help": help, "choices": choices, "least": least, "most": most},
+        metadata={
+            "help": help,
+            "choices": choices,
+            "least": least,
+            "most": most,
+            "kind": type(default),
+        },
     )
 
 

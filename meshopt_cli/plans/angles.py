@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from ..kernels.shape.angles import ANGLE_Q
 from ..passes import Pass
-from .stages import Change, Outcome, Stage
+from .stages import Outcome, Stage
 
 # Angles may cost some of the worst Q as long as it stays within so many times the target.
 # With 1.05 one mesh of four ends 0.06 lower in the worst Q and 2 degrees lower in the least angle;
@@ -38,11 +38,8 @@ class WithAngles:
     def passes(self) -> Iterator[Pass]:
         yield from self.body.passes()
 
-    def mapped(self, change: Change) -> WithAngles:
-        return replace(self, body=self.body.mapped(change))
-
     def run(self, outcome: Outcome, round: int = 0) -> None:
-        judge, bounds = outcome.work.judge, outcome.work.bounds
+        judge, bounds = outcome.work.mesh.judge, outcome.work.bounds
         good_enough = 1.0 / max(ANGLE_Q, NEAR_TARGET * bounds.target)
         least = min(outcome.work.standing().worst, good_enough)
         lenience = 1.0

@@ -3,34 +3,33 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ..errors import ConfigError, hint
-from ..passes import PASSES, Pass
-from ..passes.repair import Repair
+from ..errors import ConfigError, UnsupportedMeshError
 from ..quality.measures import DEFAULT_MEASURE, Measure, measure_named
 from ..work.kinds import CELLS, FACES, SIMPLICES
+from .build import repairs_of, stages_of, stop_of
+from .items import PASS, Item, measures_in, pass_of, passes_in
 from .pipeline import Pipeline
-from .presets import DEFAULT_PRESET, preset_named
-from .ranges import RANGES, quoted
-from .settings import option_of, pass_named, with_settings
-from .stages import Repeat, Sequence, Stage
-from .toml import read_toml
-
-# Keys of a pipeline file and what each must be; numbers have their ranges besides.
-KEYS: dict[str, type | tuple[type, ...]] = {
-    "preset": str,
-    "measure": str,
-    "before": list,
-    "pass": list,
-    "allow": list,
-}
-STOPS = ("rounds", "gain", "target-quality")
-NUMBERS = (*STOPS, "time-limit")
-KEYS |= {key: int if RANGES[key].is_whole else (int, float) for key in NUMBERS}
-
+from .presets import ADAPT, DEFAULT_PRESET, parts_of, preset_named
+from .ranges import RANGES, cut, quoted
+from .settings import option_of, pass_named
+from .sources import (
+    KINDS,
+    NUMBERS,
+    SELECT,
+    STOPS,
+    Settled,
+    changed,
+    kind_named,
+    read_source,
+    settled,
+)
+from .stop import Stop
 
 SCALED = "scaled-jacobian"
 # By what a mesh is judged where no measure is named.
@@ -39,7 +38,13 @@ DEFAULTS = {SIMPLICES: DEFAULT_MEASURE, FACES: SCALED, CELLS: SCALED}
 
 @dataclass(frozen=True)
 class Request:
-    """What the user asked for; None where nothing was said."""
+    """What the user asked for; None where nothing was said.
+
+    Attributes
+    ----------
+    project : Settled
+        What the files of a project say, before all else: see `project.found_in`.
+    """
 
     preset: str | None = None
     passes: tuple[str, ...] | None = None
@@ -50,6 +55,32 @@ class Request:
     target_quality: float | None = None
     time_limit: float | None = None
     allow: tuple[str, ...] | None = None
+    only: tuple[str, ...] = ()
+    freeze: tuple[str, ...] = ()
+    below: float | None = None
+    project: Settled = field(default_factory=Settled)
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Which cells of a mesh are worked on; all others stay as they are.
+
+    Attributes
+    ----------
+    only, freeze : tuple of str
+        Those in one of these groups or boxes, all without any, but for those in one of the others.
+    below : float, optional
+        Of them those around cells that have a greater Q.
+    """
+
+    only: tuple[str, ...] = ()
+    freeze: tuple[str, ...] = ()
+    below: float | None = None
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether these are all."""
+        return self == Selection()
 
 
 @dataclass(frozen=True)
@@ -64,6 +95,8 @@ class Plan:
         Codes, or prefixes of codes, of the rules that the mesh may break.
     kind : str
         Of the working mesh.
+    selection : Selection
+        What is worked on.
     """
 
     pipeline: Pipeline
@@ -71,6 +104,11 @@ class Plan:
     all_measures: bool = False
     allow: tuple[str, ...] = ()
     kind: str = SIMPLICES
+    selection: Selection = field(default_factory=Selection)
+
+    def idle(self) -> Plan:
+        """The same, which changes nothing."""
+        return replace(self, pipeline=replace(self.pipeline, stages=()))
 
     def kernels(self) -> list[str]:
         """Groups of kernels that a run needs."""
@@ -82,16 +120,25 @@ class Plan:
         )
 
 
-def plan_for(request: Request, dimension: int = 3, kind: str = SIMPLICES) -> Plan:
-    """Put options, pipeline file and preset together; options win over the file.
+def plan_for(request: Request, dimension: int | None = None, kind: str = SIMPLICES) -> Plan:
+    """The plan of what `settle` finds; parameters and errors as those of both."""
+    return plan_of(settle(request), dimension, kind)
+
+
+def settle(request: Request, in_metric: bool = False) -> Settled:
+    """Put options, pipeline files and preset together: the later of these wins.
+
+    Files of the project, `config`, settings of passes, and the other options.
 
     Parameters
     ----------
-    dimension : int
-        Of the mesh; presets have other thresholds in the plane.
-    kind : str
-        Of the working mesh; presets have other passes for cells that are no simplices, and they
-        are judged by another measure where none is named.
+    in_metric : bool
+        Whether there is a metric, so that another preset is meant where none is named.
+
+    Returns
+    -------
+    holds : Settled
+        With the pipeline of the preset, where no other is given.
 
     Raises
     ------
@@ -101,91 +148,138 @@ def plan_for(request: Request, dimension: int = 3, kind: str = SIMPLICES) -> Pla
     given = [n for n in ("preset", "passes", "config") if getattr(request, n) is not None]
     if len(given) > 1:
         raise ConfigError(f"--{given[0]} and --{given[1]} exclude each other")
-    if request.passes == ():
+    holds = request.project
+    if request.config is not None:
+        said = read_source(request.config, parts_of)
+        assert said is not None
+        holds = holds.then(said)
+    holds = holds.then(_options(request))
+    if not holds.is_chosen:
+        name = holds.values.get("preset", ADAPT if in_metric else DEFAULT_PRESET)
+        preset = preset_named(name)
+        rest = {key: value for key, value in holds.values.items() if key != "preset"}
+        holds = replace(preset.said.then(Settled(rest, holds.origins)), preset=name)
+    return _with_settings(holds, request.settings)
+
+
+def _options(request: Request) -> Settled:
+    """What the options of the command line say."""
+    found = Settled()
+    for key in ("preset", "measure", *NUMBERS, "allow", *SELECT):
+        value: Any = getattr(request, key.replace("-", "_"), None)
+        if key in SELECT:  # none is said where there are none
+            value = list(value) or None
+        if value is not None and key in NUMBERS:
+            value = _number(key, value)
+        found = found.then(settled({key: value}, f"--{key}"))
+    if request.passes is None:
+        return found
+    if not request.passes:
         raise ConfigError("--passes: no pass is named")
-    if request.config is None:
-        plan = _plan({}, request, dimension, kind)
-    else:
-        values = load(request.config)
-        try:
-            plan = _plan(values, request, dimension, kind)
-        except ConfigError as error:
-            raise ConfigError(f"{request.config}: {error}") from error
-    return replace(plan, pipeline=with_settings(plan.pipeline, request.settings))
-
-
-def _plan(values: dict[str, Any], request: Request, dimension: int, kind: str) -> Plan:
-    """The plan of a file's values, over which the options win."""
-    for key in ("measure", "rounds", "target-quality", "time-limit", "allow"):
-        if (value := getattr(request, key.replace("-", "_"))) is not None:
-            values[key] = value
-    measure = measure_named(values.get("measure", DEFAULTS[kind]))
-    if not measure.drives:
-        raise ConfigError(f"measure {measure.name} is for reports and gates: it cannot steer")
-    preset = preset_named(request.preset or values.get("preset", DEFAULT_PRESET))
-    for key in NUMBERS:
-        if key in values:
-            values[key] = _number(key, values[key])
-    wanted = {key.replace("-", "_"): values[key] for key in STOPS if key in values}
-    stop = replace(preset.stops[dimension], **wanted)
-    all_measures = False
-    repairs: list[Repair] = []
-    stages: tuple[Stage, ...]
-    if request.passes is not None:
-        name, steps = "custom", [pass_named(n)() for n in request.passes]
-        stages = (Repeat(_sequence(steps, repairs), stop),)
-    elif "pass" in values or "before" in values:
-        name = "custom"
-        before = _sequence([_pass(t, "before") for t in values.get("before", [])], repairs)
-        steps = [_pass(table, "pass") for table in values.get("pass", [])]
-        stages = (before, Repeat(_sequence(steps, repairs), stop)) if steps else (before,)
-    else:
-        name, stages = preset.name, preset.stages(stop, dimension, kind)
-        all_measures = preset.all_measures
-    limit = values.get("time-limit", math.inf)
-    allow = tuple(values.get("allow", ()))
-    if not all(isinstance(code, str) for code in allow):
-        raise ConfigError("allow has a value of a wrong kind: it must be a list of codes")
-    return Plan(Pipeline(name, stages, limit, tuple(repairs)), measure, all_measures, allow, kind)
-
-
-def _sequence(steps: list[Pass], repairs: list[Repair]) -> Sequence:
-    """Passes in order; those that mend the mesh of the file are put aside, in `repairs`."""
-    repairs += [step for step in steps if isinstance(step, Repair)]
-    return Sequence(tuple(step for step in steps if not isinstance(step, Repair)))
-
-
-def load(path: Path) -> dict[str, Any]:
-    """Read a pipeline file.
-
-    Raises
-    ------
-    ConfigError
-        The file cannot be read, is no TOML, or has a key that is unknown or of a wrong kind.
-    """
-    values = read_toml(path)
-    for key, value in values.items():
-        if key not in KEYS:
-            raise ConfigError(f"{path}: unknown key {quoted(key)}{hint(key, KEYS)}")
-        if not isinstance(value, KEYS[key]) or isinstance(value, bool):
-            raise ConfigError(f"{path}: {key} has a value of a wrong kind: {quoted(value)}")
-    if "preset" in values and ("pass" in values or "before" in values):
-        raise ConfigError(f"{path}: a preset and a list of passes exclude each other")
-    return values
+    steps = [{PASS: pass_named(name).name} for name in request.passes]
+    return found.then(settled({"pipeline": [{"repeat": steps}]}, "--passes"))
 
 
 def _number(key: str, value: Any) -> float:
-    """The number of a key, within its range."""
+    """The number of an option, within its range."""
     try:
         return RANGES[key].number(value)
     except ValueError as error:
         raise ConfigError(f"{key}: {error}") from None
 
 
-def _pass(table: Any, where: str) -> Pass:
-    """A pass from its table in a pipeline file."""
-    if not isinstance(table, dict) or not isinstance(table.get("name"), str):
-        raise ConfigError(f"each [[{where}]] needs a name, one of {', '.join(PASSES)}")
-    kind = pass_named(table["name"])
-    options = {key: value for key, value in table.items() if key != "name"}
-    return kind(**dict(option_of(kind, key, value) for key, value in options.items()))
+def plan_of(holds: Settled, dimension: int | None = None, kind: str = SIMPLICES) -> Plan:
+    """The plan for a mesh.
+
+    Parameters
+    ----------
+    dimension : int, optional
+        Of the mesh; pipelines may be others in the plane than in space. Without it, it is the plan
+        for any mesh that there is one for.
+    kind : str
+        Of the working mesh; pipelines may be others for cells that are no simplices, and they are
+        judged by another measure where none is named.
+
+    Raises
+    ------
+    ConfigError
+        The measure cannot steer, or a setting is for a pass that the pipeline does not have.
+    UnsupportedMeshError
+        There is no pipeline for such a mesh.
+    """
+    values = holds.values
+    measure = measure_named(values.get("measure", DEFAULTS[kind]))
+    if not measure.drives:
+        raise ConfigError(f"measure {measure.name} is for reports and gates: it cannot steer")
+    name = _kind_for(holds, dimension, kind)
+    table = {key: values[key] for key in (*STOPS, "pipeline") if key in values}
+    table |= values.get(name, {})
+    _require_use(holds, [table["pipeline"]] if dimension else holds.pipelines())
+    usual = preset_named(DEFAULT_PRESET).said.values[name] if holds.preset == "" else {}
+    stop = stop_of(table, stop_of(usual, Stop()))
+    items = table["pipeline"]
+    pipeline = Pipeline(
+        holds.preset or "custom", stages_of(items, stop), values.get("time-limit", math.inf),
+        repairs_of(items), tuple(measures_in(items)),
+    )  # fmt: skip
+    all_measures = values.get("all-measures", False)
+    allow = tuple(values.get("allow", ()))
+    only, freeze = (tuple(values.get(key, ())) for key in SELECT)
+    selection = Selection(only, freeze, values.get("below"))
+    return Plan(pipeline, measure, all_measures, allow, kind, selection)
+
+
+def _kind_for(holds: Settled, dimension: int | None, kind: str) -> str:
+    """Which table of a pipeline is for a mesh."""
+    wanted = [kind_named(d, kind) for d in ((3, 2) if dimension is None else (dimension,))]
+    if dimension is None:
+        wanted += KINDS
+    for name in wanted:
+        if name in holds.values or "pipeline" in holds.values:
+            return name
+    known = " or of ".join(said for name, said in KINDS.items() if name in holds.values)
+    if holds.preset:
+        raise UnsupportedMeshError(f"the preset {holds.preset} is for meshes of {known} alone")
+    lacking = f"a table [{wanted[0]}] would be for {KINDS[wanted[0]]}"
+    raise UnsupportedMeshError(f"the pipeline is for meshes of {known} alone: {lacking}")
+
+
+def _require_use(holds: Settled, pipelines: Iterable[list[Item]]) -> None:
+    """Refuse a setting of a pass that none of some pipelines has.
+
+    Raises
+    ------
+    ConfigError
+    """
+    names = {item[PASS] for items in pipelines for item in passes_in(items)}
+    for setting, name in holds.settings:
+        if name not in names:
+            raise ConfigError(f"--set {cut(setting)}: the pipeline has no pass {name}")
+
+
+def _with_settings(holds: Settled, settings: Iterable[str]) -> Settled:
+    """What holds with `PASS.OPTION=VALUE` set in every pass of that name.
+
+    Raises
+    ------
+    ConfigError
+        The text has another form, or there is no such pass, option or value.
+    """
+    for setting in settings:
+        target, equals, value = setting.partition("=")
+        name, dot, key = target.strip().partition(".")
+        if not equals or not dot:
+            raise ConfigError(f"--set {quoted(setting)}: must be PASS.OPTION=VALUE")
+        option, taken = option_of(pass_named(name), key, value.strip(), is_text=True)
+        made = {option.replace("_", "-"): taken}
+        pass_of({PASS: name, **made})  # within its limits
+        holds = holds.mapped(partial(changed, name=name, options=made))
+        holds = replace(holds, settings=(*holds.settings, (setting, name)))
+    return holds
+
+
+def load(path: Path) -> dict[str, Any]:
+    """What a pipeline file says; errors as those of `read_source`."""
+    said = read_source(path, parts_of)
+    assert said is not None
+    return said.values

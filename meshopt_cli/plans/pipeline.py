@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
+from ..cells import FAMILIES
+from ..errors import ConfigError
 from ..kernels.types import EDITION
 from ..passes import Budget, Pass, Work
 from ..passes.check import Check
 from ..passes.confine import Confine
 from ..passes.repair import Repair
 from ..progress.observer import SILENT, CancelledError, Observer, StoppedError
-from .stages import Change, Outcome, Sequence, Stage
+from ..quality.measures import Measure
+from .stages import Outcome, Sequence, Stage
 from .stop import CANCELLED, NOTHING_TO_GAIN, TANGLED, TIME_IS_UP, gain
 
 # A run that gains less than this part of the quality hands its input back untouched, so that
@@ -30,12 +33,27 @@ class Pipeline:
         Seconds from the start of the run.
     repairs : tuple of Repair
         What is to be mended of a mesh before it is worked on; `run` has no part in it.
+    measures : tuple of Measure
+        What steers stages of it, besides the measure of the run.
     """
 
     name: str
     stages: tuple[Stage, ...]
     time_limit: float = float("inf")
     repairs: tuple[Repair, ...] = ()
+    measures: tuple[Measure, ...] = ()
+
+    def require_measures(self, measure: Measure, families: Iterable[str]) -> None:
+        """Refuse cells of families that the measure of a run, or of a stage, is not for.
+
+        Raises
+        ------
+        ConfigError
+        """
+        for one in (measure, *self.measures):
+            lacking = [FAMILIES[family].plural for family in families if family not in one.ways]
+            if lacking:
+                raise ConfigError(f"measure {one.name} cannot steer {' and '.join(lacking)}")
 
     def passes(self) -> Iterator[Pass]:
         yield from self.repairs
@@ -51,12 +69,6 @@ class Pipeline:
     def mends_tangles(self) -> bool:
         """Whether it may be given a mesh with inverted cells."""
         return any(step.mends_tangles for step in self.passes())
-
-    def mapped(self, change: Change) -> Pipeline:
-        """The same pipeline with other passes in the place of its own."""
-        repairs = tuple(step for step in map(change, self.repairs) if isinstance(step, Repair))
-        stages = tuple(stage.mapped(change) for stage in self.stages)
-        return replace(self, stages=stages, repairs=repairs)
 
     def confined(self) -> Pipeline:
         """The same pipeline for a mesh whose vertices were told where to stay."""
@@ -85,10 +97,12 @@ class Pipeline:
         outcome.observer.stood(before)
         del work  # held by the outcome, until that goes back to a copy
         try:
+            is_mended = not self.mends_tangles
             for stage in self.stages:
                 stage.run(outcome)
-                if outcome.work.standing().worst <= 0.0:
-                    break  # nothing but untangling helps, and it comes first
+                is_mended |= any(step.mends_tangles for step in stage.passes())
+                if is_mended and outcome.work.standing().worst <= 0.0:
+                    break  # nothing but untangling helps
         except StoppedError as why:
             outcome.stopped = CANCELLED if isinstance(why, CancelledError) else TIME_IS_UP
         after = outcome.work.standing()

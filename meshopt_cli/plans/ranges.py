@@ -121,6 +121,7 @@ RANGES: dict[str, Range] = {
     "target-quality": Range(1),
     "time-limit": Range(0, is_endless=True),
     "slide-tolerance": Range(0, 1),
+    "below": Range(1),
     # of `check` and of [check] in meshopt.toml
     "fail-above": Range(1),
     "min-angle": Range(0, 180),

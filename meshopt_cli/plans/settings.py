@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import fields, replace
+from dataclasses import Field, fields
 from typing import Any
 
 from ..errors import ConfigError, chosen, hint
 from ..passes import PASSES, Pass
-from .pipeline import Pipeline
+from .keys import Number, Text
 from .ranges import Range, cut, quoted
-from .stages import Change
 
 # What options were called before, of whatever pass.
 RENAMED = {
@@ -37,32 +36,6 @@ def pass_named(name: str) -> type[Pass]:
     return chosen(PASSES, name, "pass")
 
 
-def with_settings(pipeline: Pipeline, settings: Iterable[str]) -> Pipeline:
-    """The pipeline with `PASS.OPTION=VALUE` set in every pass of that name.
-
-    Raises
-    ------
-    ConfigError
-        The text has another form, or there is no such pass, option or value.
-    """
-    for setting in settings:
-        target, equals, value = setting.partition("=")
-        name, dot, key = target.strip().partition(".")
-        if not equals or not dot:
-            raise ConfigError(f"--set {quoted(setting)}: must be PASS.OPTION=VALUE")
-        kind = pass_named(name)
-        changed = dict([option_of(kind, key, value.strip(), is_text=True)])
-        if not any(type(step) is kind for step in pipeline.passes()):
-            raise ConfigError(f"--set {cut(setting)}: the pipeline has no pass {name}")
-        pipeline = pipeline.mapped(_changing(kind, changed))
-    return pipeline
-
-
-def _changing(kind: type[Pass], options: dict[str, Any]) -> Change:
-    """What sets options of the passes of a kind and leaves the others."""
-    return lambda step: replace(step, **options) if type(step) is kind else step
-
-
 def option_of(kind: type[Pass], key: str, value: Any, is_text: bool = False) -> tuple[str, Any]:
     """The name of an option of a pass, and the value as its type.
 
@@ -82,16 +55,27 @@ def option_of(kind: type[Pass], key: str, value: Any, is_text: bool = False) -> 
     if name not in known:
         raise ConfigError(f"pass {kind.name} has no option {cut(repr(key))}{_meant(name, known)}")
     option, shown_name = known[name], f"{kind.name}.{name.replace('_', '-')}"
-    if option.type == "str":
+    if option.metadata["kind"] is str:
         if not isinstance(value, str):
             raise ConfigError(f"{shown_name}: {quoted(value)} is not a text")
         return name, value
-    limits = option.metadata
-    range_ = Range(limits["least"], limits["most"], is_whole=option.type == "int")
+    range_ = _range_of(option)
     try:
         return name, range_.number(value) if is_text else range_.of_file(value)
     except ValueError as error:
         raise ConfigError(f"{shown_name}: {error}") from None
+
+
+def value_of(option: Field[Any]) -> Number | Text:
+    """What an option of a pass takes."""
+    if option.metadata["kind"] is str:
+        return Text(option.metadata["choices"])
+    return Number(_range_of(option))
+
+
+def _range_of(option: Field[Any]) -> Range:
+    limits = option.metadata
+    return Range(limits["least"], limits["most"], is_whole=limits["kind"] is int)
 
 
 def _meant(name: str, known: Iterable[str]) -> str:

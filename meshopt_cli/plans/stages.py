@@ -7,11 +7,12 @@ mostly ends on the best mesh it saw.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from ..passes import UNLIMITED, Budget, Pass, Tally, Work
+from ..passes.smooth import is_settled
 from ..progress.observer import SILENT, Observer
 from ..work.standing import Standing
 from .guard import Guard
@@ -45,19 +46,12 @@ class Outcome:
     is_untouched: bool = False
 
 
-# What is made of a pass.
-Change = Callable[[Pass], Pass]
-
-
 class Stage(Protocol):
     """A part of a pipeline: changes `outcome.work` and adds to its lines."""
 
     def run(self, outcome: Outcome, round: int = 0) -> None: ...
 
     def passes(self) -> Iterator[Pass]: ...
-
-    def mapped(self, change: Change) -> Stage:
-        """The same stage with other passes in the place of its own."""
 
 
 @dataclass(frozen=True)
@@ -68,9 +62,6 @@ class Sequence:
 
     def passes(self) -> Iterator[Pass]:
         yield from self.steps
-
-    def mapped(self, change: Change) -> Sequence:
-        return Sequence(tuple(change(step) for step in self.steps))
 
     def run(self, outcome: Outcome, round: int = 0) -> None:
         for step in self.steps:
@@ -98,9 +89,6 @@ class Chain:
         for stage in self.stages:
             yield from stage.passes()
 
-    def mapped(self, change: Change) -> Chain:
-        return Chain(tuple(stage.mapped(change) for stage in self.stages))
-
     def run(self, outcome: Outcome, round: int = 0) -> None:
         for stage in self.stages:
             stage.run(outcome, round)
@@ -115,9 +103,6 @@ class UpTo:
 
     def passes(self) -> Iterator[Pass]:
         yield from self.body.passes()
-
-    def mapped(self, change: Change) -> UpTo:
-        return replace(self, body=self.body.mapped(change))
 
     def run(self, outcome: Outcome, round: int = 0) -> None:
         if outcome.work.n_cells <= self.most_cells:
@@ -141,9 +126,6 @@ class Repeat:
 
     def passes(self) -> Iterator[Pass]:
         yield from self.body.passes()
-
-    def mapped(self, change: Change) -> Repeat:
-        return replace(self, body=self.body.mapped(change))
 
     def run(self, outcome: Outcome, round: int = 0) -> None:
         guard = Guard(outcome.work)
@@ -169,3 +151,49 @@ class Repeat:
         finally:
             if self.guarded or not is_whole:
                 outcome.work = guard.better_of(outcome.work)
+
+
+@dataclass(frozen=True)
+class Unsettled:
+    """A stage that is left out where untangling just moved all vertices at once."""
+
+    body: Stage
+
+    def passes(self) -> Iterator[Pass]:
+        yield from self.body.passes()
+
+    def run(self, outcome: Outcome, round: int = 0) -> None:
+        if not is_settled(outcome.work):
+            self.body.run(outcome, round)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Other cells and what is made of them; what was there comes back unless nothing got worse.
+
+    Attributes
+    ----------
+    change, after : Stage
+        The second runs only where the first leaves other cells.
+    """
+
+    change: Stage
+    after: Stage
+
+    def passes(self) -> Iterator[Pass]:
+        yield from self.change.passes()
+        yield from self.after.passes()
+
+    def run(self, outcome: Outcome, round: int = 0) -> None:
+        kept, stopped = outcome.work.copy(), outcome.stopped
+        before, keeps = kept.standing(), False
+        try:
+            self.change.run(outcome, round)
+            if outcome.work.mesh.cells is kept.mesh.cells:
+                return
+            self.after.run(outcome, round)
+            now = outcome.work.standing()
+            keeps = now.is_better_than(before) and now.mean <= before.mean
+        finally:
+            if not keeps:
+                outcome.work, outcome.stopped = kept, stopped

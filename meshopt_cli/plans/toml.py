@@ -11,33 +11,50 @@ from ..errors import ConfigError
 LARGEST = 10_000_000  # bytes; devices have no end
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """All that a file holds.
+def read_text(path: Path) -> str:
+    """The text of a file of options.
 
     Raises
     ------
     ConfigError
-        It cannot be read, or is not TOML.
+        It cannot be read, or is no text.
     """
-    import tomllib
-
     try:
         with path.open("rb") as file:
             data = file.read(LARGEST + 1)
         if len(data) > LARGEST:
             raise ConfigError(f"{path}: larger than any file of options ({LARGEST:,} bytes)")
         # Some editors put a mark before the first letter.
-        return tomllib.loads(data.decode("utf-8-sig").replace("\r\n", "\n"))
+        return data.decode("utf-8-sig").replace("\r\n", "\n")
     except OSError as error:
         raise ConfigError(f"{path}: {error.strerror}") from error
     except UnicodeDecodeError as error:
         raise ConfigError(f"{path}: is not UTF-8 text") from error
+
+
+def tables_of(path: Path, text: str) -> dict[str, Any]:
+    """All that the text of a file says.
+
+    Raises
+    ------
+    ConfigError
+        It is not TOML.
+    """
+    import tomllib
+
+    try:
+        return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(f"{path}: not valid TOML: {error}") from error
     except ValueError as error:
         raise ConfigError(f"{path}: not valid TOML: a number has too many digits") from error
     except RecursionError as error:
         raise ConfigError(f"{path}: not valid TOML: lists or tables lie too deep") from error
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """All that a file says; errors as those of `read_text` and `tables_of`."""
+    return tables_of(path, read_text(path))
 
 
 def nearest_table(
@@ -58,7 +75,7 @@ def nearest_table(
     for place in (folder, *folder.parents):
         for name, keys in places.items():
             path = place / name
-            if not _is_file(path):
+            if not is_file(path):
                 continue
             table: Any = read_toml(path)
             for key in keys:
@@ -70,7 +87,8 @@ def nearest_table(
     return None
 
 
-def _is_file(path: Path) -> bool:
+def is_file(path: Path) -> bool:
+    """Whether there is a file that may be looked at."""
     try:
         return path.is_file()
     except OSError:  # what may not be looked at is not there

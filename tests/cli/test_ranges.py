@@ -14,8 +14,9 @@ from meshopt_cli.cli.entry import status_of
 from meshopt_cli.cli.main import COMMANDS, main
 from meshopt_cli.cli.options import Number
 from meshopt_cli.errors import ConfigError
-from meshopt_cli.plans.config import NUMBERS, Request, load, plan_for
+from meshopt_cli.plans.config import Request, load, plan_for
 from meshopt_cli.plans.ranges import MOST, RANGES, Range, cut, quoted
+from meshopt_cli.plans.sources import NUMBERS
 from meshopt_cli.quality.gates import limit_of
 from support.files import write
 from support.meshes import tet_grid

@@ -5,8 +5,7 @@ import numpy as np
 from meshopt_cli.mesh.any_cells import cast_any
 from meshopt_cli.passes.collapse import Collapse
 from meshopt_cli.passes.smooth import Smooth, is_settled
-from meshopt_cli.plans.cells import Trial, Unsettled
-from meshopt_cli.plans.stages import Outcome, Sequence
+from meshopt_cli.plans.stages import Outcome, Sequence, Trial, Unsettled
 from meshopt_cli.quality.measures import MEASURES
 from meshopt_cli.work.face_work import work_on
 from support.edits import shaken

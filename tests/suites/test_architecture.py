@@ -53,7 +53,7 @@ MAY = {
     "work": {"boundary", "cells", "constraints", "errors", "handles", "kernels", "mesh"},
     "warmup": {"cells", "compiled", "cores", "errors", "files", "kernels", "mesh", "work"},
     "passes": {"cells", "errors", "kernels", "mesh", "progress", "registry", "work"},
-    "plans": {"boundary", "constraints", "errors", "kernels", "mesh", "passes", "progress",
+    "plans": {"boundary", "cells", "constraints", "errors", "kernels", "mesh", "passes", "progress",
               "quality", "work"},
     "progress": {"work"},
     "files": {"errors"},

@@ -14,6 +14,7 @@ from meshopt_cli.cli.check import command
 from meshopt_cli.cli.entry import status_of
 from meshopt_cli.cli.main import main
 from meshopt_cli.formats import FORMATS
+from meshopt_cli.plans.items import FORMS
 from meshopt_cli.quality.gates import FIGURES
 from meshopt_cli.quality.measures import MEASURES
 from meshopt_cli.repairs import MENDS
@@ -128,6 +129,21 @@ def test_the_table_of_mends():
     repair = README[README.index("### Repair") : README.index("### Passes")]
     rows = [row for row in rows_of(repair) if row[0].removeprefix("`--").strip("`") in MENDS]
     assert rows == [[f"`--{mend.name}`", mend.summary] for mend in MENDS.values()]
+
+
+def test_the_table_of_items():
+    pipelines = README[README.index("### Pipelines") : README.index("## What is kept")]
+    rows = [row for row in rows_of(pipelines) if row[0].strip("`") in FORMS]
+    assert rows == [[f"`{form.head}`", form.summary] for form in FORMS.values()]
+
+
+@pytest.mark.parametrize("k", [0, 1])
+def test_the_pipelines_work(tmp_path, samples, k):
+    pipelines = README[README.index("### Pipelines") : README.index("## What is kept")]
+    example = re.findall(r"```toml\n(.*?)```", pipelines, re.DOTALL)[k]
+    (tmp_path / "a.toml").write_text(example)
+    mesh, output = str(samples / "grid.vtk"), str(tmp_path / "out.vtk")
+    assert status_of(["optimize", mesh, output, "--config", str(tmp_path / "a.toml")]) == 0
 
 
 @pytest.mark.parametrize("subcommand", ["optimize", "report", "view", "repair"])
