@@ -10,7 +10,8 @@ import pytest
 from meshopt_cli import formats
 from meshopt_cli.cli.entry import status_of
 from meshopt_cli.errors import BadMeshError, ConfigError, UnsupportedMeshError
-from meshopt_cli.jobs.optimize_file import FileTask, kind_of, optimize_file
+from meshopt_cli.jobs.optimize_file import FileTask, optimize_file
+from meshopt_cli.jobs.optimize_mesh import Task, kind_of
 from meshopt_cli.jobs.quality_arrays import Q, with_quality
 from meshopt_cli.jobs.selection import RINGS, frozen_in
 from meshopt_cli.mesh.model import Mesh, top_blocks
@@ -66,7 +67,7 @@ def every_cell(mesh: Mesh) -> set:
 
 def optimized(path, tmp_path, **request):
     output = tmp_path / f"out{path.suffix}"
-    done = optimize_file(FileTask(path, output, Request(**request)))
+    done = optimize_file(FileTask(path, output, Task(Request(**request))))
     return done, formats.read(output)[0]
 
 
