@@ -23,7 +23,6 @@ from ..mesh.any_cells import is_of_any_cells
 from ..mesh.model import Mesh
 from ..passes import PASSES, Observer
 from ..plans.config import Plan, Request, plan_of, settle
-from ..plans.pipeline import Pipeline
 from ..plans.sources import Settled
 from ..report.model import Report
 from ..report.verdict import Verdict
@@ -35,7 +34,6 @@ from .optimize import Result, optimize
 from .quality_arrays import with_quality, without_quality
 from .regions import with_asked_regions
 from .report import naming_cells, report_of
-from .selection import frozen_in, require_selectable
 
 if TYPE_CHECKING:  # seldom met
     from .metric import Asked
@@ -125,14 +123,14 @@ class FileResult:
     written: Written | None
 
 
-def _require_use(policy: Policy, pipeline: Pipeline) -> None:
-    """Refuse a boundary that may be split where no pass does so.
+def _require_use(policy: Policy, holds: Settled) -> None:
+    """Refuse a boundary that may be split where no pass does so, whatever the mesh.
 
     Raises
     ------
     ConfigError
     """
-    if policy.name == Split.name and not any(step.splits_boundary for step in pipeline.passes()):
+    if policy.name == Split.name and not any(PASSES[n].splits_boundary for n in holds.passes()):
         able = ", ".join(name for name, step in PASSES.items() if step.splits_boundary)
         raise ConfigError(f"--boundary split: no pass here splits edges; add one that does: {able}")
 
@@ -164,7 +162,7 @@ def optimize_file(
     # What is wrong with the request is said before the mesh is read.
     holds = settle(task.request, task.metric is not None)
     asked = _plan(holds, task)
-    _require_use(task.policy, asked.pipeline)
+    _require_use(task.policy, holds)
     allowed = _allowed(holds, asked.allow)
     off = keep_offs(task.keep_off)
     require_writable(task.output)
@@ -197,10 +195,12 @@ def optimize_file(
         if prepare is not None:
             prepare(plan.kernels())
         with naming(task.input):
-            frozen = frozen_in(mesh, plan.selection, plan.measure)
-            if frozen is not None:
-                require_selectable(mesh, plan.pipeline, task.policy, off)
-                if frozen.is_all:
+            frozen = None
+            if not plan.selection.is_whole:
+                from .selection import frozen_in  # seldom needed
+
+                frozen = frozen_in(mesh, plan, task.policy, off)
+                if frozen is not None and frozen.is_all:
                     frozen, plan = None, plan.idle()
             work = partial(
                 _work_for(kind),

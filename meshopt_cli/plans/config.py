@@ -13,7 +13,7 @@ from ..errors import ConfigError, UnsupportedMeshError
 from ..quality.measures import DEFAULT_MEASURE, Measure, measure_named
 from ..work.kinds import CELLS, FACES, SIMPLICES
 from .build import repairs_of, stages_of, stop_of
-from .items import PASS, Item, measures_in, pass_of, passes_in
+from .items import PASS, measures_in, pass_of, passes_in
 from .pipeline import Pipeline
 from .presets import ADAPT, DEFAULT_PRESET, parts_of, preset_named
 from .ranges import RANGES, cut, quoted
@@ -214,7 +214,10 @@ def plan_of(holds: Settled, dimension: int | None = None, kind: str = SIMPLICES)
     name = _kind_for(holds, dimension, kind)
     table = {key: values[key] for key in (*STOPS, "pipeline") if key in values}
     table |= values.get(name, {})
-    _require_use(holds, [table["pipeline"]] if dimension else holds.pipelines())
+    steps = {item[PASS] for item in passes_in(table["pipeline"])} if dimension else holds.passes()
+    for setting, step in holds.settings:
+        if step not in steps:
+            raise ConfigError(f"--set {cut(setting)}: the pipeline has no pass {step}")
     usual = preset_named(DEFAULT_PRESET).said.values[name] if holds.preset == "" else {}
     stop = stop_of(table, stop_of(usual, Stop()))
     items = table["pipeline"]
@@ -242,19 +245,6 @@ def _kind_for(holds: Settled, dimension: int | None, kind: str) -> str:
         raise UnsupportedMeshError(f"the preset {holds.preset} is for meshes of {known} alone")
     lacking = f"a table [{wanted[0]}] would be for {KINDS[wanted[0]]}"
     raise UnsupportedMeshError(f"the pipeline is for meshes of {known} alone: {lacking}")
-
-
-def _require_use(holds: Settled, pipelines: Iterable[list[Item]]) -> None:
-    """Refuse a setting of a pass that none of some pipelines has.
-
-    Raises
-    ------
-    ConfigError
-    """
-    names = {item[PASS] for items in pipelines for item in passes_in(items)}
-    for setting, name in holds.settings:
-        if name not in names:
-            raise ConfigError(f"--set {cut(setting)}: the pipeline has no pass {name}")
 
 
 def _with_settings(holds: Settled, settings: Iterable[str]) -> Settled:
