@@ -150,9 +150,7 @@ def settle(request: Request, in_metric: bool = False) -> Settled:
         raise ConfigError(f"--{given[0]} and --{given[1]} exclude each other")
     holds = request.project
     if request.config is not None:
-        said = read_source(request.config, parts_of)
-        assert said is not None
-        holds = holds.then(said)
+        holds = holds.then(load(request.config))
     holds = holds.then(_options(request))
     if not holds.is_chosen:
         name = holds.values.get("preset", ADAPT if in_metric else DEFAULT_PRESET)
@@ -160,6 +158,11 @@ def settle(request: Request, in_metric: bool = False) -> Settled:
         rest = {key: value for key, value in holds.values.items() if key != "preset"}
         holds = replace(preset.said.then(Settled(rest, holds.origins)), preset=name)
     return _with_settings(holds, request.settings)
+
+
+def load(path: Path) -> Settled:
+    """What a pipeline file says; errors as those of `read_source`."""
+    return read_source(path, parts_of) or Settled()
 
 
 def _options(request: Request) -> Settled:
@@ -266,10 +269,3 @@ def _with_settings(holds: Settled, settings: Iterable[str]) -> Settled:
         holds = holds.mapped(partial(changed, name=name, options=made))
         holds = replace(holds, settings=(*holds.settings, (setting, name)))
     return holds
-
-
-def load(path: Path) -> dict[str, Any]:
-    """What a pipeline file says; errors as those of `read_source`."""
-    said = read_source(path, parts_of)
-    assert said is not None
-    return said.values

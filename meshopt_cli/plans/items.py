@@ -1,7 +1,7 @@
 """Pipelines as they are written: lists of tables, each a pass or a part that holds others.
 
-What is read here is a list of plain tables, checked and without references; `stages.py` has what
-is made of it.
+What is read here is a list of plain tables, checked and without references; `build.py` makes stages
+of it.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ Parts = Mapping[str, Any]
 
 MOST_ITEMS = 10_000  # of a pipeline, those of parts each time that they are run
 PASS, RUN = "pass", "run"
-NAMED = "named-"
+NAMED = "named-"  # begins the schemas of passes that are named by `name`
 
 DRIVING = tuple(name for name, row in QUALITIES.items() if row.drives)  # measures
 
@@ -295,10 +295,7 @@ def measures_in(items: list[Item]) -> Iterator[Measure]:
 
 
 def schemas() -> dict[str, Any]:
-    """JSON schemas of an item: `item`, and one for each pass and each form.
-
-    Those of passes that are named by `name` begin with `NAMED`.
-    """
+    """JSON schemas of an item: `item`, and one for each pass, by either key, and each form."""
     found = {f"pass-{name}": _schema_of(kind, PASS) for name, kind in PASSES.items()}
     for head, form in FORMS.items():
         keys = {head: ITEMS.schema(), **{key: value.schema() for key, value in form.keys.items()}}
