@@ -12,4 +12,4 @@ def command() -> None:
     """Print the JSON schema of pipeline files, for editors that know TOML."""
     from ..plans.schema import schema
 
-    click.echo(json.dumps(schema(), indent=2))
+    click.echo(json.dumps(schema(), indent=2, allow_nan=False))

@@ -42,11 +42,11 @@ from .admission import (
 )
 from .curved import require_plane, to_be_kept, warn_of_curved
 from .regions import doubt_regions
-from .selection import Frozen
 from .told import constraints_on, found_stray, prove_told, staying, warn_of_new
 
 if TYPE_CHECKING:  # seldom met
     from ..metric.summary import MetricSummary
+    from .selection import Frozen
 
 log = logging.getLogger("meshopt")
 

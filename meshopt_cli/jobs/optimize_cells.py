@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -45,8 +46,10 @@ from .admission import (
 )
 from .mending import mended
 from .optimize import MEETING, ROUNDING, Result
-from .selection import Frozen
 from .told import constraints_on, in_work, prove_told
+
+if TYPE_CHECKING:  # seldom met
+    from .selection import Frozen
 
 log = logging.getLogger("meshopt")
 

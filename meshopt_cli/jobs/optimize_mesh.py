@@ -15,7 +15,6 @@ from ..mesh.any_cells import is_of_any_cells
 from ..mesh.model import Mesh
 from ..passes import PASSES
 from ..plans.config import Plan, Request, plan_of, settle
-from ..plans.pipeline import Pipeline
 from ..plans.sources import Settled
 from ..progress.observer import SILENT, Observer
 from ..reports.verdict import Verdict
@@ -27,7 +26,6 @@ from .optimize import Result, optimize
 from .quality_arrays import without_quality
 from .regions import with_asked_regions
 from .report import naming_cells
-from .selection import frozen_in, require_selectable
 
 if TYPE_CHECKING:  # seldom met
     from ..formats import Source
@@ -159,7 +157,7 @@ def accepted(task: Task) -> Accepted:
     """
     holds = settle(task.request, task.metric is not None)
     plan = _plan(holds, task)
-    _require_use(task.policy, plan.pipeline)
+    _require_use(task.policy, holds)
     return Accepted(task, holds, plan, _allowed(holds, plan.allow), keep_offs(task.keep_off))
 
 
@@ -210,10 +208,12 @@ def optimize_mesh(
         if prepare is not None:
             prepare(plan.kernels())
         with naming(source.path):
-            frozen = frozen_in(mesh, plan.selection, plan.measure)
-            if frozen is not None:
-                require_selectable(mesh, plan.pipeline, task.policy, given.keep_offs)
-                if frozen.is_all:
+            frozen = None
+            if not plan.selection.is_whole:
+                from .selection import frozen_in  # seldom needed
+
+                frozen = frozen_in(mesh, plan, task.policy, given.keep_offs)
+                if frozen is not None and frozen.is_all:
                     frozen, plan = None, plan.idle()
             work = partial(
                 _work_for(kind),
@@ -253,14 +253,14 @@ def kind_of(mesh: Mesh) -> str:
     return FACES if mesh.dimension() == 2 else CELLS
 
 
-def _require_use(policy: Policy, pipeline: Pipeline) -> None:
-    """Refuse a boundary that may be split where no pass does so.
+def _require_use(policy: Policy, holds: Settled) -> None:
+    """Refuse a boundary that may be split where no pass does so, whatever the mesh.
 
     Raises
     ------
     ConfigError
     """
-    if policy.name == Split.name and not any(step.splits_boundary for step in pipeline.passes()):
+    if policy.name == Split.name and not any(PASSES[n].splits_boundary for n in holds.passes()):
         able = ", ".join(name for name, step in PASSES.items() if step.splits_boundary)
         raise ConfigError(f"--boundary split: no pass here splits edges; add one that does: {able}")
 

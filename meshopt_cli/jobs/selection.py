@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .. import validity
 from ..boundary.policy import Policy, Split
 from ..constraints.grammar import KeepOff
 from ..errors import BadMeshError, ConfigError, UnsupportedMeshError, hint, shown
@@ -18,9 +19,10 @@ from ..mesh.groups import cells_named, names_of_groups
 from ..mesh.model import Block, Mesh, top_blocks
 from ..mesh.plane import with_depth
 from ..mesh.second_order import is_second_order
-from ..plans.config import Selection
+from ..plans.config import Plan, Selection
 from ..plans.pipeline import Pipeline
 from ..quality.measures import Measure
+from .admission import READABLE, InvalidMeshError, not_valid
 from .quality_arrays import Q, with_quality
 
 Array = np.ndarray
@@ -110,7 +112,23 @@ def _chosen(block: Block, mask: Array) -> Block:
     return replace(block, cells=block.cells[mask], data=data, numbers=None)
 
 
-def frozen_in(mesh: Mesh, selection: Selection, measure: Measure) -> Frozen | None:
+def frozen_in(
+    mesh: Mesh, plan: Plan, policy: Policy, keep_offs: tuple[KeepOff, ...]
+) -> Frozen | None:
+    """Which cells of a mesh stay, as a plan says; None where all are worked on.
+
+    Raises
+    ------
+    ConfigError, UnsupportedMeshError, InvalidMeshError
+        As those of `frozen_by`; or something does not go with it.
+    """
+    found = frozen_by(plan.selection, mesh, plan.measure)
+    if found is not None:
+        _require_selectable(mesh, plan.pipeline, policy, keep_offs)
+    return found
+
+
+def frozen_by(selection: Selection, mesh: Mesh, measure: Measure) -> Frozen | None:
     """Which cells of a mesh stay; None where all are worked on.
 
     Parameters
@@ -122,9 +140,14 @@ def frozen_in(mesh: Mesh, selection: Selection, measure: Measure) -> Frozen | No
     ------
     ConfigError
         No cell is in one of the groups or boxes.
+    InvalidMeshError
+        The mesh cannot be read as one: a vertex number is out of range, say.
     """
     if selection.is_whole:
         return None
+    report = validity.check(mesh, READABLE)
+    if not report.is_valid:
+        raise InvalidMeshError(not_valid(report), mesh, report)
     stays = [np.zeros(len(block.cells), dtype=bool) for block in top_blocks(mesh)]
     if selection.only:
         inside = [_inside(mesh, name, "only") for name in selection.only]
@@ -200,7 +223,7 @@ def _in_box(mesh: Mesh, text: str) -> list[Array]:
     return found
 
 
-def require_selectable(
+def _require_selectable(
     mesh: Mesh, pipeline: Pipeline, policy: Policy, keep_offs: tuple[KeepOff, ...]
 ) -> None:
     """Refuse what cannot be done with some cells of a mesh alone.

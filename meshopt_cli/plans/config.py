@@ -13,7 +13,7 @@ from ..errors import ConfigError, UnsupportedMeshError
 from ..quality.measures import DEFAULT_MEASURE, Measure, measure_named
 from ..work.kinds import CELLS, FACES, SIMPLICES
 from .build import repairs_of, stages_of, stop_of
-from .items import PASS, Item, measures_in, pass_of, passes_in
+from .items import PASS, measures_in, pass_of, passes_in
 from .pipeline import Pipeline
 from .presets import ADAPT, DEFAULT_PRESET, parts_of, preset_named
 from .ranges import RANGES, cut, quoted
@@ -150,9 +150,7 @@ def settle(request: Request, in_metric: bool = False) -> Settled:
         raise ConfigError(f"--{given[0]} and --{given[1]} exclude each other")
     holds = request.project
     if request.config is not None:
-        said = read_source(request.config, parts_of)
-        assert said is not None
-        holds = holds.then(said)
+        holds = holds.then(load(request.config))
     holds = holds.then(_options(request))
     if not holds.is_chosen:
         name = holds.values.get("preset", ADAPT if in_metric else DEFAULT_PRESET)
@@ -160,6 +158,11 @@ def settle(request: Request, in_metric: bool = False) -> Settled:
         rest = {key: value for key, value in holds.values.items() if key != "preset"}
         holds = replace(preset.said.then(Settled(rest, holds.origins)), preset=name)
     return _with_settings(holds, request.settings)
+
+
+def load(path: Path) -> Settled:
+    """What a pipeline file says; errors as those of `read_source`."""
+    return read_source(path, parts_of) or Settled()
 
 
 def _options(request: Request) -> Settled:
@@ -214,7 +217,10 @@ def plan_of(holds: Settled, dimension: int | None = None, kind: str = SIMPLICES)
     name = _kind_for(holds, dimension, kind)
     table = {key: values[key] for key in (*STOPS, "pipeline") if key in values}
     table |= values.get(name, {})
-    _require_use(holds, [table["pipeline"]] if dimension else holds.pipelines())
+    steps = {item[PASS] for item in passes_in(table["pipeline"])} if dimension else holds.passes()
+    for setting, step in holds.settings:
+        if step not in steps:
+            raise ConfigError(f"--set {cut(setting)}: the pipeline has no pass {step}")
     usual = preset_named(DEFAULT_PRESET).said.values[name] if holds.preset == "" else {}
     stop = stop_of(table, stop_of(usual, Stop()))
     items = table["pipeline"]
@@ -244,19 +250,6 @@ def _kind_for(holds: Settled, dimension: int | None, kind: str) -> str:
     raise UnsupportedMeshError(f"the pipeline is for meshes of {known} alone: {lacking}")
 
 
-def _require_use(holds: Settled, pipelines: Iterable[list[Item]]) -> None:
-    """Refuse a setting of a pass that none of some pipelines has.
-
-    Raises
-    ------
-    ConfigError
-    """
-    names = {item[PASS] for items in pipelines for item in passes_in(items)}
-    for setting, name in holds.settings:
-        if name not in names:
-            raise ConfigError(f"--set {cut(setting)}: the pipeline has no pass {name}")
-
-
 def _with_settings(holds: Settled, settings: Iterable[str]) -> Settled:
     """What holds with `PASS.OPTION=VALUE` set in every pass of that name.
 
@@ -276,10 +269,3 @@ def _with_settings(holds: Settled, settings: Iterable[str]) -> Settled:
         holds = holds.mapped(partial(changed, name=name, options=made))
         holds = replace(holds, settings=(*holds.settings, (setting, name)))
     return holds
-
-
-def load(path: Path) -> dict[str, Any]:
-    """What a pipeline file says; errors as those of `read_source`."""
-    said = read_source(path, parts_of)
-    assert said is not None
-    return said.values

@@ -1,13 +1,14 @@
 """Pipelines as they are written: lists of tables, each a pass or a part that holds others.
 
-What is read here is a list of plain tables, checked and without references; `stages.py` has what
-is made of it.
+What is read here is a list of plain tables, checked and without references; `build.py` makes stages
+of it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields
+from functools import cache
 from typing import Any
 
 from ..errors import ConfigError, hint
@@ -33,7 +34,7 @@ Parts = Mapping[str, Any]
 
 MOST_ITEMS = 10_000  # of a pipeline, those of parts each time that they are run
 PASS, RUN = "pass", "run"
-NAMED = "named-"
+NAMED = "named-"  # begins the schemas of passes that are named by `name`
 
 DRIVING = tuple(name for name, row in QUALITIES.items() if row.drives)  # measures
 
@@ -129,7 +130,20 @@ class Reader:
     def __init__(self, parts: Parts, others: Callable[[str], Parts]) -> None:
         self._parts = parts
         self._others = others
+        self._read_parts: dict[str, tuple[list[Item], int]] = {}  # with how many items they are
+        self._presets: dict[str, Reader] = {}
         self._n_items = 0
+
+    def part(self, name: str, running: tuple[str, ...] = ()) -> list[Item]:
+        """The items of a part; errors as those of `read`."""
+        if name not in self._read_parts:
+            before = self._n_items
+            found = self.read(self._parts[name], ("parts", name), (*running, name))
+            self._read_parts[name] = found, self._n_items - before
+            self._n_items = before
+        found, n = self._read_parts[name]
+        self._n_items += n
+        return found
 
     def read(self, rows: Any, place: Place, running: tuple[str, ...] = ()) -> list[Item]:
         """The items of a list.
@@ -142,13 +156,15 @@ class Reader:
         found = []
         for i, row in enumerate(ITEMS.taken(rows, place)):
             found += self._read(row, (*place, i), running)
+            if self._n_items > MOST_ITEMS:
+                raise WrongKeyError(
+                    (*place, i), f"a pipeline has {MOST_ITEMS:,} items at most, those of parts too"
+                )
         return found
 
     def _read(self, row: Any, place: Place, running: tuple[str, ...]) -> list[Item]:
         head = _head_of(row, place)
         self._n_items += 1
-        if self._n_items > MOST_ITEMS:
-            raise WrongKeyError(place, f"a pipeline has {MOST_ITEMS:,} items at most")
         if head == PASS:
             return [pass_item(row, PASS, place)]
         if head == RUN:
@@ -173,24 +189,23 @@ class Reader:
         if name in running:
             raise WrongKeyError((*place, RUN), f"the part {quoted(name)} runs itself")
         preset, slash, part = name.partition("/")
-        try:
-            if slash:
-                others = self._others(preset)
-                if part not in others:
-                    raise ConfigError(f"no part {quoted(part)} of {preset}{hint(part, others)}")
-                reader = Reader(others, self._others)
-                reader._n_items = self._n_items
-                found = reader.read(others[part], (), (part,))
-                self._n_items = reader._n_items
-                return found
+        if not slash:
             if name not in self._parts:
                 there = hint(name, self._parts) if self._parts else ": the file has no [parts]"
-                raise ConfigError(f"no part {quoted(name)}{there}")
-        except WrongKeyError:
-            raise
+                raise WrongKeyError((*place, RUN), f"no part {quoted(name)}{there}")
+            return self.part(name, running)
+        try:
+            others = self._others(preset)
         except ConfigError as error:
             raise WrongKeyError((*place, RUN), str(error)) from None
-        return self.read(self._parts[name], ("parts", name), (*running, name))
+        if part not in others:
+            said = f"no part {quoted(part)} of {preset}{hint(part, others)}"
+            raise WrongKeyError((*place, RUN), said)
+        reader = self._presets.setdefault(preset, Reader(others, self._others))
+        before = reader._n_items
+        found = reader.part(part)
+        self._n_items += reader._n_items - before
+        return found
 
 
 def _head_of(row: Any, place: Place) -> str:
@@ -250,8 +265,13 @@ def pass_of(item: Item) -> Pass:
     ConfigError
         An option is out of range.
     """
-    options = {key.replace("-", "_"): value for key, value in item.items() if key != PASS}
-    return PASSES[item[PASS]](**options)
+    return _pass(item[PASS], tuple((key, value) for key, value in item.items() if key != PASS))
+
+
+@cache
+def _pass(name: str, options: tuple[tuple[str, Any], ...]) -> Pass:
+    """A pass, which is a value: of those that are alike there is one."""
+    return PASSES[name](**{key.replace("-", "_"): value for key, value in options})
 
 
 def passes_in(items: list[Item]) -> Iterator[Item]:
@@ -275,10 +295,7 @@ def measures_in(items: list[Item]) -> Iterator[Measure]:
 
 
 def schemas() -> dict[str, Any]:
-    """JSON schemas of an item: `item`, and one for each pass and each form.
-
-    Those of passes that are named by `name` begin with `NAMED`.
-    """
+    """JSON schemas of an item: `item`, and one for each pass, by either key, and each form."""
     found = {f"pass-{name}": _schema_of(kind, PASS) for name, kind in PASSES.items()}
     for head, form in FORMS.items():
         keys = {head: ITEMS.schema(), **{key: value.schema() for key, value in form.keys.items()}}

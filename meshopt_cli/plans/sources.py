@@ -11,9 +11,8 @@ from ..errors import ConfigError
 from ..passes import PASSES
 from ..quality.measures import measure_named
 from ..work.kinds import CELLS, FACES, SIMPLICES
-from .items import ITEMS, NAMED, PASS, Item, Parts, Reader, pass_item
+from .items import ITEMS, NAMED, PASS, Item, Parts, Reader, pass_item, passes_in
 from .keys import Flag, Number, Place, Table, Text, Texts, Value, WrongKeyError, unknown, wrong_kind
-from .lines import line_of
 from .ranges import RANGES, quoted
 from .toml import read_text, tables_of
 
@@ -138,6 +137,10 @@ class Settled:
             if "pipeline" in table:
                 yield table["pipeline"]
 
+    def passes(self) -> set[str]:
+        """The names of the passes that some of its pipelines has."""
+        return {item[PASS] for items in self.pipelines() for item in passes_in(items)}
+
     def mapped(self, change: Callable[[list[Item]], list[Item]]) -> Settled:
         """The same with other items in each of its pipelines."""
         values = dict(self.values)
@@ -195,6 +198,8 @@ def read_source(
             raise WrongKeyError((), f"[{'.'.join(keys)}] must be a table")
         return settled(taken(table, others), str(path))
     except WrongKeyError as error:
+        from .lines import line_of  # seldom needed
+
         line = line_of(text, (*keys, *error.place))
         raise ConfigError(f"{path}:{line}: {error}") from None
     except RecursionError as error:
@@ -232,10 +237,10 @@ def taken(table: Mapping[str, Any], others: Callable[[str], Parts]) -> dict[str,
             raise WrongKeyError(("measure",), said)
     parts = values.pop("parts", {})
     reader = Reader(parts, others)
-    for name, rows in parts.items():  # those that nothing runs, too
+    for name in parts:  # those that nothing runs, too
         if "/" in name:
             raise WrongKeyError(("parts", name), f"{quoted(name)}: no name of a part has a /")
-        reader.read(rows, ("parts", name), (name,))
+        reader.part(name)
     if "pass" in values or "before" in values:
         rounds = values.pop("pass", [])
         values["pipeline"] = values.pop("before", []) + ([{"repeat": rounds}] if rounds else [])

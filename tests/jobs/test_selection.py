@@ -10,10 +10,11 @@ import pytest
 from meshopt_cli import formats
 from meshopt_cli.cli.entry import status_of
 from meshopt_cli.errors import BadMeshError, ConfigError, UnsupportedMeshError
+from meshopt_cli.jobs.admission import InvalidMeshError
 from meshopt_cli.jobs.optimize_file import FileTask, optimize_file
 from meshopt_cli.jobs.optimize_mesh import Task, kind_of
 from meshopt_cli.jobs.quality_arrays import Q, with_quality
-from meshopt_cli.jobs.selection import RINGS, frozen_in
+from meshopt_cli.jobs.selection import RINGS, frozen_by
 from meshopt_cli.mesh.model import Mesh, top_blocks
 from meshopt_cli.plans.config import Request, Selection, plan_for
 from meshopt_cli.quality.measures import MEASURES
@@ -79,7 +80,7 @@ def test_what_is_frozen_stays_to_the_last_bit(kind, preset, meshes, tmp_path):
     box = f":{middle(before)!r},:"
     done, after = optimized(path, tmp_path, preset=preset, freeze=(box,))
     plan = plan_for(Request(), before.dimension(), kind_of(before))
-    frozen = frozen_in(before, Selection(freeze=(box,)), plan.measure)
+    frozen = frozen_by(Selection(freeze=(box,)), before, plan.measure)
     staying = cells_of(before, frozen.masks)
     assert 0 < len(staying) < len(every_cell(before))
     assert staying <= every_cell(after)
@@ -110,7 +111,7 @@ def test_below_works_around_what_is_worse(kind, meshes, tmp_path):
     q = np.sort(np.concatenate([block.data[Q] for block in blocks]))
     below = float(q[-2])
     selection = Selection(below=below)
-    frozen = frozen_in(before, selection, plan.measure)
+    frozen = frozen_by(selection, before, plan.measure)
     near = np.zeros(len(before.points), bool)
     for block in blocks:
         near[block.cells[block.data[Q] > below]] = True
@@ -146,12 +147,12 @@ def test_regions_and_groups_by_name_and_number():
     top = {name: tag for name, (d, tag) in names.items() if d == mesh.dimension()}
     assert top
     for name, tag in top.items():
-        one = frozen_in(mesh, Selection(only=(name,)), measure)
+        one = frozen_by(Selection(only=(name,)), mesh, measure)
         for again in (str(tag), f"{mesh.dimension()}:{name}"):
-            other = frozen_in(mesh, Selection(only=(again,)), measure)
+            other = frozen_by(Selection(only=(again,)), mesh, measure)
             for a, b in zip(one.masks, other.masks, strict=True):
                 np.testing.assert_array_equal(a, b)
-        assert frozen_in(mesh, Selection(only=tuple(top)), measure) is None
+        assert frozen_by(Selection(only=tuple(top)), mesh, measure) is None
 
 
 def test_a_group_of_faces_stands_for_the_cells_at_it():
@@ -159,7 +160,7 @@ def test_a_group_of_faces_stands_for_the_cells_at_it():
     lower = [name for (d, _), name in mesh.names.items() if d < mesh.dimension()]
     measure = MEASURES["aspect-ratio"]
     for name in lower:
-        frozen = frozen_in(mesh, Selection(freeze=(name,)), measure)
+        frozen = frozen_by(Selection(freeze=(name,)), mesh, measure)
         assert any(mask.any() for mask in frozen.masks)
         assert not frozen.is_all
 
@@ -203,7 +204,7 @@ def test_the_boundary_may_slide_where_cells_are_worked_on(policy, meshes, tmp_pa
     arguments = ["optimize", "-q", str(path), str(output), "--freeze", box, "--boundary", policy]
     assert status_of(arguments) == 0
     after = formats.read(output)[0]
-    frozen = frozen_in(before, Selection(freeze=(box,)), MEASURES["aspect-ratio"])
+    frozen = frozen_by(Selection(freeze=(box,)), before, MEASURES["aspect-ratio"])
     assert cells_of(before, frozen.masks) <= every_cell(after)
     assert check(after).is_valid
 
@@ -217,7 +218,7 @@ def test_a_metric_drives_what_is_selected(meshes, tmp_path):
         status_of(["optimize", "-q", str(path), str(output), "--freeze", box, "--size", "0.6"]) == 0
     )
     after = formats.read(output)[0]
-    frozen = frozen_in(before, Selection(freeze=(box,)), MEASURES["aspect-ratio"])
+    frozen = frozen_by(Selection(freeze=(box,)), before, MEASURES["aspect-ratio"])
     assert cells_of(before, frozen.masks) <= every_cell(after)
     assert len(every_cell(after)) != len(every_cell(before))
 
@@ -246,7 +247,21 @@ def test_meshes_of_second_order_are_refused(tmp_path):
     path = tmp_path / "in.vtk"
     formats.write(path, of_second_order(tet_grid(2)), formats.FORMATS["vtk"].default)
     with pytest.raises(UnsupportedMeshError, match="first order"):
-        optimized(path, tmp_path, below=1.0)
+        optimized(path, tmp_path, only=(":0.5,:",))
+
+
+def test_a_mesh_that_is_none_is_refused(tmp_path):
+    mesh = tet_grid(2)
+    mesh.blocks[0].cells[0, 0] = 10_000
+    path = tmp_path / "in.mesh"
+    lines = ["MeshVersionFormatted 2", "Dimension 3", "Vertices 4", *("0 0 0 0",) * 4]
+    path.write_text("\n".join([*lines, "Tetrahedra 1", "1 2 3 4 0", "End", ""]))
+    for request in ({"below": 1.0}, {"only": (":0.5,:",)}):
+        with pytest.raises(BadMeshError):
+            optimized(path, tmp_path, **request)
+    for selection in (Selection(below=1.0), Selection(only=(":0.5,:",))):
+        with pytest.raises(InvalidMeshError, match="M00"):
+            frozen_by(selection, mesh, MEASURES["aspect-ratio"])
 
 
 def test_cells_that_stay_are_not_turned(tmp_path):

@@ -111,7 +111,7 @@ def as_text(value):
 def test_a_byte_order_mark_and_line_ends_of_windows(tmp_path):
     path = tmp_path / "pipeline.toml"
     path.write_bytes(b"\xef\xbb\xbfrounds = 3\r\ngain = 0.5\r\n")
-    assert load(path) == {"rounds": 3, "gain": 0.5}
+    assert load(path).values == {"rounds": 3, "gain": 0.5}
 
 
 def test_a_file_without_an_end_is_refused(tmp_path):
