@@ -13,7 +13,7 @@ from support.meshes import tet_grid
 from support.samples import SAMPLES
 
 TERMINAL = {"meshes", "form", "statistics", "jobs", "exit_zero", "no_config", "explain", "output",
-            "quiet", "verbose"}  # fmt: skip
+            "quiet", "verbose", "log_file"}  # fmt: skip
 CALLED = {"extend": "extend_select", "gates": "gate", "regions": "region", "measures": "measure",
           "marked": "write_quality"}  # fmt: skip
 

@@ -11,7 +11,7 @@ from support.options import every_dimension, every_preset, names, refused, round
 from support.samples import ROOT, SAMPLES
 
 CASES = sorted((ROOT / "tests" / "cases").glob("*.toml"))
-EXAMPLES = sorted(SAMPLES.rglob("*.toml"))
+EXAMPLES = sorted((SAMPLES / "pipelines").glob("*.toml"))
 
 WHOLE = """
 measure = "volume-length"

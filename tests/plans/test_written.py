@@ -425,7 +425,7 @@ def test_what_is_printed_makes_the_same_mesh(preset, name, tmp_path, capsys):
 
 def test_the_schema_takes_all_presets_and_samples():
     jsonschema.Draft202012Validator.check_schema(schema())
-    paths = [*FOLDER.glob("*.toml"), *SAMPLES.rglob("*.toml")]
+    paths = [*FOLDER.glob("*.toml"), *(SAMPLES / "pipelines").glob("*.toml")]
     assert len(paths) > len(PRESETS)
     for path in paths:
         jsonschema.validate(tomllib.loads(path.read_text(encoding="utf-8")), schema())
