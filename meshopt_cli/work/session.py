@@ -9,7 +9,7 @@ import numpy as np
 
 from ..boundary.patches import Patches
 from ..constraints.model import Constraints
-from ..handles import OUTER
+from ..handles import OUTER, PATCH
 from ..kernels.judge import measure_cells
 from ..kernels.operators.relocate import sweep_relocation
 from ..kernels.types import CLOCK, EDITION, MAPPED, N_CELLS, N_FREE, N_POINTS, Judge
@@ -84,6 +84,7 @@ class Workspace:
         # Row i of the work is point `_origin[i]` of the source.
         self._origin = np.arange(n_points) if in_order else hilbert(source.points)
         self._background = background
+        self._resamples = patches is not None and patches.splits is not None
         metric = None if background is None else background.at_points
         self.mesh = storage.simplex_mesh(
             source, judge, self._origin, in_order, patches, metric, constraints
@@ -185,7 +186,7 @@ class Workspace:
         """
         rows = self.living()
         beyond = self.mesh.neighbours[rows]
-        chosen = beyond == OUTER if outer else beyond < 0
+        chosen = (beyond == OUTER) | (beyond <= PATCH) if outer else beyond < 0
         facets = adjacency.facets_at(self.mesh.cells[rows], chosen)
         return np.bincount(facets.ravel(), minlength=len(self.mesh.points))
 
@@ -391,4 +392,6 @@ class Workspace:
 
     def result(self) -> tuple[Simplices, Array]:
         """The mesh as it is now; see `storage.simplices_of`."""
-        return storage.simplices_of(self.mesh, self._source, self._origin, self.facets)
+        return storage.simplices_of(
+            self.mesh, self._source, self._origin, self.facets, self._resamples
+        )
