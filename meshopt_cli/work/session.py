@@ -20,6 +20,7 @@ from . import storage, visits
 from .background import Background, take_anew
 from .bounds import Bounds
 from .kinds import SIMPLICES
+from .lengths import UNKNOWN, lengths_of
 from .standing import Standing, standing_of
 from .storage import inverse
 
@@ -103,6 +104,7 @@ class Workspace:
         self._standings: dict[tuple[int, Judge], Standing] = {}
         self._aims: tuple[Callable[[Workspace], int], ...] = ()
         self._fits = False
+        self._lengths = UNKNOWN
         self.came_tangled = self.standing().worst <= 0.0
 
     # What is there -------------------------------------------------------------------
@@ -229,11 +231,8 @@ class Workspace:
 
         That is the mean of (1 - e)² of (18.12) over its edges.
         """
-        from ..kernels.operators.edges import extreme_lengths  # of a metric only
-
-        found = np.zeros((3, len(self.mesh.cells)))
-        extreme_lengths(self.mesh, found[0], found[1], found[2])
-        return found
+        self._lengths = lengths_of(self.mesh, self._lengths)
+        return self._lengths.values
 
     @property
     def worst_of_all(self) -> float:
@@ -322,6 +321,7 @@ class Workspace:
     def move(self, points: Array) -> None:
         """Put all vertices where they are to be, (np, 3)."""
         self.next_sweep()
+        self._lengths = UNKNOWN
         places = self.mesh.points[:, :3]
         self.mesh.vertex_clock[np.any(points != places, axis=1)] = self.clock
         places[:] = points

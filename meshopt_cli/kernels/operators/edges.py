@@ -298,14 +298,25 @@ def sweep_short_edges(
 
 @entry(
     group="fit",
-    example=lambda work: (work.mesh, work.vertex_values, work.vertex_values, work.vertex_values),
+    example=lambda work: (work.mesh, work.vertex_values, work.vertex_values, work.vertex_values, 0),
 )
 def extreme_lengths(
-    mesh: SimplexMesh, shortest: np.ndarray, longest: np.ndarray, lack: np.ndarray
+    mesh: SimplexMesh, shortest: np.ndarray, longest: np.ndarray, lack: np.ndarray, since: int
 ) -> None:
-    """The shortest and the longest edge of each cell, and what its edges lack on average, (n,)."""
+    """The shortest and the longest edge of each cell, and what its edges lack on average, (n,).
+
+    Parameters
+    ----------
+    since : int
+        Of cells that did not change in this sweep, nor after it, the values are there.
+    """
     n_edges = 6 if mesh.cells.shape[1] == 4 else 3
     for cell in range(mesh.state[N_CELLS]):
+        changed = True
+        for k in range(mesh.cells.shape[1]):
+            changed = changed and mesh.vertex_clock[mesh.cells[cell, k]] >= since
+        if mesh.alive[cell] and not changed:
+            continue
         least = math.inf
         most = 0.0
         total = 0.0
