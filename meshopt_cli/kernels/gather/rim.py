@@ -106,6 +106,11 @@ def may_slide_onto(mesh: SimplexMesh, vertex: int, onto: int, n: int, scratch: S
     one, other = borders_at(mesh, vertex, onto, n, scratch)
     if one > PATCH or other > PATCH:
         return False
+    for i in range(n):  # a cell between them, flat but for the tolerance, would leave a gap
+        cell = scratch.ball[i] >> 2
+        there = local_index(mesh.cells, cell, onto)
+        if there >= 0 and mesh.neighbours[cell, there] < 0:
+            return False
     if mesh.cells.shape[1] == 3:
         return True
     return (one == other) == (mesh.guide[vertex, 0] == PLANE)

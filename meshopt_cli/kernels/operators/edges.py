@@ -60,8 +60,8 @@ class EdgeSplit(NamedTuple):
     n_old: int
     n_new: int
     position: Vec
-    one: int = INSIDE  # borders on either side of an edge of the boundary
-    other: int = INSIDE
+    one: int  # borders on either side of an edge of the boundary, else INSIDE
+    other: int
 
 
 @inlined
