@@ -41,6 +41,11 @@ class Patches:
     declared : (n,) int64
         For each, the number among the declared facets of the mesh that it is, or -1.
     tolerance : float
+    splits : (n,) bool or None
+        Facets whose edges may be split; None where the boundary keeps its vertices but for those
+        that vanish within planes.
+    whole : (m, 2) int64 or None
+        Then, edges that stay as they are, in 3-D.
     """
 
     points: Array
@@ -50,6 +55,8 @@ class Patches:
     patch: Array
     declared: Array
     tolerance: float
+    splits: Array | None = None
+    whole: Array | None = None
 
 
 def labels(blocks: list[Block]) -> Array:
@@ -76,7 +83,7 @@ def patches_of(mesh: Mesh, source: Simplices, tolerance: float) -> Patches:
     """
     n_points = len(source.points)
     facets = source.outer
-    declared, label, required = _declared(mesh, source.facet_type, facets)
+    declared, label, required = declared_among(mesh, source.facet_type, facets)
     pinned = source.fixed.copy()
     pinned[source.inner] = True
     pinned[facets[required]] = True
@@ -85,20 +92,20 @@ def patches_of(mesh: Mesh, source: Simplices, tolerance: float) -> Patches:
         nothing = np.empty((0, 2), np.int64)
         number = np.arange(len(facets))
         return Patches(source.points, guide, nothing, facets, number, declared, tolerance)
-    normals = _normals(source.points, facets)
+    normals = normals_of(source.points, facets)
     alone = np.arange(len(facets))
     label = np.where(required, len(facets) + alone, label)  # no other facet takes its place
     ridges, one, other = _ridges(facets, normals, label, source.edges, n_points, tolerance)
     patch = adjacency.first_of(len(facets), one, other)
     pinned[_loose_ends(source.edges, facets, n_points)] = True
-    _, label, required = _declared(mesh, "line", ridges)
+    _, label, required = declared_among(mesh, "line", ridges)
     pinned[ridges[required]] = True
     pinned |= ~_are_alike(ridges, label, n_points)
     guide = _guides(source.points, facets, normals, patch, ridges, pinned, tolerance)
     return Patches(source.points, guide, ridges, facets, patch, declared, tolerance)
 
 
-def _declared(mesh: Mesh, kind: str, rows: Array) -> tuple[Array, Array, Array]:
+def declared_among(mesh: Mesh, kind: str, rows: Array) -> tuple[Array, Array, Array]:
     """For each facet or edge: which declared one it is, a label for its tags, whether it must stay.
 
     It must where the file says so, and where the file lists it several times: whatever took its
@@ -130,12 +137,16 @@ def _are_alike(rows: Array, label: Array, n_points: int) -> Array:
     return low >= high
 
 
-def _normals(points: Array, facets: Array) -> Array:
+def normals_of(points: Array, facets: Array) -> Array:
+    """Unit normals of triangles, or of edges in the plane z = 0, (n, 3)."""
+    if facets.shape[1] == 2:
+        along = points[facets[:, 1]] - points[facets[:, 0]]
+        return unit(np.stack([along[:, 1], -along[:, 0], along[:, 2]], axis=1))
     a, b, c = (points[facets[:, k]] for k in range(3))
-    return _unit(np.cross(b - a, c - a))
+    return unit(np.cross(b - a, c - a))
 
 
-def _unit(vectors: Array) -> Array:
+def unit(vectors: Array) -> Array:
     """Vectors by their lengths, (n, 3); those without a length stay 0, and have no direction."""
     length = norms(vectors)[:, None]
     return vectors / np.where(length > 0.0, length, 1.0)
@@ -145,6 +156,25 @@ def _ridges(
     facets: Array, normals: Array, label: Array, declared: Array, n_points: int, tolerance: float
 ) -> tuple[Array, Array, Array]:
     """Edges where the boundary bends or its tags change, and the pairs of facets at all others."""
+    edges, one, other, odd = sides_of_edges(facets, n_points)
+    bend = np.linalg.norm(normals[one] - normals[other], axis=1)
+    smooth = (bend <= tolerance) & (label[one] == label[other])
+    keys = adjacency.row_keys(edges, n_points)
+    smooth &= ~np.isin(keys, adjacency.row_keys(declared, n_points))
+    return np.concatenate([odd, edges[~smooth]]), one[smooth], other[smooth]
+
+
+def sides_of_edges(facets: Array, n_points: int) -> tuple[Array, Array, Array, Array]:
+    """The edges of triangles: those between two, both of them, and the edges of another number.
+
+    Returns
+    -------
+    edges : (n, 2) int64
+        Ascending, and so are both their ends.
+    one, other : (n,) int64
+        The triangles at each.
+    odd : (m, 2) int64
+    """
     edges = np.sort(adjacency.edges_of_triangles(facets), axis=1)
     owner = np.repeat(np.arange(len(facets)), 3)
     key = adjacency.row_keys(edges, n_points)
@@ -153,12 +183,7 @@ def _ridges(
     start = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]]))
     count = np.diff(start, append=len(key))
     pair = start[count == 2]
-    one, other = owner[pair], owner[pair + 1]
-    bend = np.linalg.norm(normals[one] - normals[other], axis=1)
-    smooth = (bend <= tolerance) & (label[one] == label[other])
-    smooth &= ~np.isin(key[pair], adjacency.row_keys(declared, n_points))
-    ridges = np.concatenate([edges[start[count != 2]], edges[pair[~smooth]]])
-    return ridges, one[smooth], other[smooth]
+    return edges[pair], owner[pair], owner[pair + 1], edges[start[count != 2]]
 
 
 def _loose_ends(declared: Array, facets: Array, n_points: int) -> Array:
@@ -206,7 +231,7 @@ def _guides_of_chains(
 def _set_lines(guide: Array, points: Array, edges: Array, free: Array, tolerance: float) -> None:
     """Set the guide of the free vertices whose two edges go in opposite directions."""
     ends = np.concatenate([edges, edges[:, ::-1]])
-    along = _unit(points[ends[:, 1]] - points[ends[:, 0]])
+    along = unit(points[ends[:, 1]] - points[ends[:, 0]])
     total = np.zeros((len(points), 3))
     np.add.at(total, ends[:, 0], along)
     free[ends[~along.any(axis=1)]] = False  # at an edge without a direction

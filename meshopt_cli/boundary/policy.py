@@ -15,7 +15,9 @@ from ..mesh.cast import Simplices
 from ..mesh.model import Mesh
 from .patches import Patches, patches_of
 from .proof import prove_fixed, prove_patches, prove_volumes
-from .redeclare import redeclared
+from .redeclare import homes, redeclared
+from .resampling import resampled
+from .ridges import lines_anew
 from .splitting import OFF, declared_anew, prove_split, splittable
 
 Array = np.ndarray
@@ -105,15 +107,21 @@ class Slide:
     ----------
     tolerance : float
         Sine of the angle within which facets lie in one plane, and edges in one line.
+    resamples : bool
+        Whether edges in the planes and along the ridges may be split, too, and vertices vanish.
     """
 
     name: ClassVar[str] = "slide"
     summary: ClassVar[str] = "the shape of the boundary stays: its planes and straight ridges"
 
     tolerance: float = TOLERANCE
+    resamples: bool = False
 
     def bound_to(self, mesh: Mesh, source: Simplices) -> Boundary:
-        return SlidingBoundary(mesh, source, patches_of(mesh, source, self.tolerance))
+        patches = patches_of(mesh, source, self.tolerance)
+        if self.resamples:
+            patches = resampled(patches, mesh, source)
+        return SlidingBoundary(mesh, source, patches)
 
 
 @dataclass(frozen=True)
@@ -156,7 +164,11 @@ class SlidingBoundary:
     keeps_facets: bool = False
 
     def restore(self, result: Mesh, worked: Simplices, origin: Array) -> Mesh:
-        return redeclared(self.mesh, result, self.patches, worked, origin)
+        result = redeclared(self.mesh, result, self.patches, worked, origin)
+        if worked.patch is None or self.source.dimension == 2:
+            return result
+        patch = homes(self.patches, worked, origin)
+        return lines_anew(self.mesh, result, self.patches, worked, patch, origin)
 
     def prove(self, result: Mesh, after: Simplices, worked: Simplices, origin: Array) -> None:
         prove_patches(self.source, worked, self.patches, origin)

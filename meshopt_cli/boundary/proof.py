@@ -10,7 +10,7 @@ from ..kernels.guide import LINE, STAYS
 from ..mesh import adjacency
 from ..mesh.cast import Simplices
 from ..mesh.sizes import contents
-from .patches import Patches
+from .patches import Patches, normals_of, unit
 from .redeclare import homes
 
 Array = np.ndarray
@@ -129,10 +129,34 @@ def prove_patches(before: Simplices, worked: Simplices, patches: Patches, origin
     total = old.sum()
     old = np.concatenate([old, np.zeros(max(0, len(new) - len(old)))])
     new = np.concatenate([new, np.zeros(max(0, len(old) - len(new)))])
-    if before.dimension == 3 and np.any(
-        np.abs(old - new) > (VOLUME_TOLERANCE + patches.tolerance) * total
-    ):
+    is_known = before.dimension == 3 or worked.patch is not None
+    if is_known and np.any(np.abs(old - new) > (VOLUME_TOLERANCE + patches.tolerance) * total):
         raise InvariantError("the area of a plane of the boundary changed")
+    if worked.patch is not None:
+        _prove_flat(patches, worked, patch, extent)
+
+
+def _prove_flat(patches: Patches, worked: Simplices, patch: Array, extent: float) -> None:
+    """Compare where facets of a worked boundary lie with the planes, or lines, of their patches.
+
+    Raises
+    ------
+    InvariantError
+        One lies farther off than any did before.
+    """
+    total = np.zeros((len(patches.facets), 3))
+    np.add.at(total, patches.patch, normals_of(patches.points, patches.facets))
+    normal = unit(total)
+    # A patch is numbered by its first facet.
+    height = np.einsum("ij,ij->i", normal, patches.points[patches.facets[:, 0]])
+
+    def off(points: Array, facets: Array, of: Array) -> float:
+        heights = np.einsum("nkj,nj->nk", points[facets], normal[of]) - height[of, None]
+        return float(np.abs(heights).max(initial=0.0))
+
+    least = off(patches.points, patches.facets, patches.patch)
+    if off(worked.points, worked.outer, patch) > least + patches.tolerance * extent:
+        raise InvariantError("a facet of the boundary left its plane or its line")
 
 
 def _areas(points: Array, facets: Array, patch: Array) -> Array:

@@ -20,13 +20,15 @@ def homes(patches: Patches, worked: Simplices, origin: Array) -> Array:
     Parameters
     ----------
     worked : Simplices
-        Its outer facets have vertices of the input only.
+        Without patches of its own, its outer facets have vertices of the input only.
     origin : (np',) int64
         The point of the input that each point of `worked` was, -1 for a new one.
     """
     facets = origin[worked.outer]
     place = _unchanged(patches, facets)
     patch = np.where(place >= 0, patches.patch[place], -1)
+    if worked.patch is not None:
+        return np.where(worked.patch >= 0, worked.patch, patch)
     rows = np.flatnonzero((place < 0) & (facets >= 0).all(axis=1))
     at = _patches_at(patches, adjacency.distinct(facets[rows]))
     for row in rows.tolist():

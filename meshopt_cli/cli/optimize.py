@@ -114,8 +114,9 @@ compressed; - stands for stdin or stdout, and then the report goes to stderr.
 @click.option(
     "--boundary", type=click.Choice(["fixed", "slide", "split"]), default="fixed",
     show_default=True,
-    help="What of the boundary stays: all of it, its shape (planes and straight ridges), or all, "
-         "with vertices added on its edges by nonobtuse (triangles of a plane).",
+    help="What of the boundary stays: all of it, its shape (planes and straight ridges, which a "
+         "metric drives too), or all, with vertices added on its edges by nonobtuse (triangles of "
+         "a plane).",
 )  # fmt: skip
 @number_option(
     "slide-tolerance", metavar="X", default=1e-6, show_default=True,

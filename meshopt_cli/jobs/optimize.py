@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import validity
-from ..boundary.policy import Boundary, Fixed, Policy, Split
+from ..boundary.policy import Boundary, Fixed, Policy, Slide, Split
 from ..constraints.grammar import KeepOff
 from ..errors import ConfigError, InvariantError
 from ..kernels.types import MAPPED
@@ -195,6 +195,8 @@ def optimize(
     start = time.perf_counter()
     others = tuple(OF_SIMPLICES.values()) if with_all_measures else ()
     observer.entered(Stage.CHECK)
+    if isinstance(policy, Slide) and background_of is not None and pipeline.needs_metric:
+        policy = replace(policy, resamples=True)
     prepared = prepare(mesh, pipeline, measure, policy, others, allowed, frozen)
     before, kept, near = prepared.before, None, None
     judge, target = measure.judge, before.target

@@ -107,7 +107,8 @@ def replace_cells(
 ) -> None:
     """Put the first `n_new` rows of `scratch.created` in place of the cells `old`.
 
-    Both sets must fill the same polyhedron, and `has_room` must hold for the difference.
+    Both sets must fill the same polyhedron, and `has_room` must hold for the difference. Where
+    facets of a border become others, each has the border of the one it has most in common with.
     """
     width = mesh.cells.shape[1]
     stamp = next_stamp(scratch)
@@ -141,3 +142,24 @@ def replace_cells(
         last = mesh.cells[cell, width - 1]
         mesh.quality[cell] = q_with(mesh, 4 * cell + width - 1, at(mesh.points, last))
         touch(mesh, cell)
+    for i in range(n):  # what still waits is on a border, and either new or gone
+        handle = scratch.facets[i, 3]
+        if handle >= 0:
+            mesh.neighbours[handle >> 2, handle & 3] = border_like(scratch.facets, n, i)
+
+
+@kernel
+def border_like(facets: np.ndarray, n: int, i: int) -> int:
+    """The border beyond that of some facets which has most vertices in common with one of them."""
+    best = OUTER
+    most = 0
+    for j in range(n):
+        if facets[j, 3] < 0:
+            common = 0
+            for k in range(3):
+                for m in range(3):
+                    common += facets[i, k] == facets[j, m]
+            if common > most:
+                most = common
+                best = facets[j, 3]
+    return best

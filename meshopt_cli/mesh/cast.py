@@ -48,6 +48,9 @@ class Simplices:
         Whether the file stores coordinates in single precision.
     turned : bool
         Whether all cells of the file had the other orientation.
+    patch : (n,) int64 or None
+        Of each of the facets `outer` after work on a boundary whose edges may be split: its patch,
+        or -1 where it stayed as it was.
     """
 
     points: Array
@@ -59,6 +62,7 @@ class Simplices:
     frame: Frame | None
     single: bool
     turned: bool
+    patch: Array | None = None
 
     @property
     def dimension(self) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..boundary.patches import Patches
 from ..constraints.model import Constraints
-from ..handles import OUTER
+from ..handles import OUTER, PATCH
 from ..kernels.judge import measure_cells
 from ..kernels.operators.relocate import sweep_relocation
 from ..kernels.types import CLOCK, EDITION, MAPPED, N_CELLS, N_FREE, N_POINTS, Judge
@@ -20,6 +20,7 @@ from . import storage, visits
 from .background import Background, take_anew
 from .bounds import Bounds
 from .kinds import SIMPLICES
+from .lengths import UNKNOWN, lengths_of
 from .standing import Standing, standing_of
 from .storage import inverse
 
@@ -84,6 +85,7 @@ class Workspace:
         # Row i of the work is point `_origin[i]` of the source.
         self._origin = np.arange(n_points) if in_order else hilbert(source.points)
         self._background = background
+        self._resamples = patches is not None and patches.splits is not None
         metric = None if background is None else background.at_points
         self.mesh = storage.simplex_mesh(
             source, judge, self._origin, in_order, patches, metric, constraints
@@ -102,6 +104,7 @@ class Workspace:
         self._standings: dict[tuple[int, Judge], Standing] = {}
         self._aims: tuple[Callable[[Workspace], int], ...] = ()
         self._fits = False
+        self._lengths = UNKNOWN
         self.came_tangled = self.standing().worst <= 0.0
 
     # What is there -------------------------------------------------------------------
@@ -185,7 +188,7 @@ class Workspace:
         """
         rows = self.living()
         beyond = self.mesh.neighbours[rows]
-        chosen = beyond == OUTER if outer else beyond < 0
+        chosen = (beyond == OUTER) | (beyond <= PATCH) if outer else beyond < 0
         facets = adjacency.facets_at(self.mesh.cells[rows], chosen)
         return np.bincount(facets.ravel(), minlength=len(self.mesh.points))
 
@@ -228,11 +231,8 @@ class Workspace:
 
         That is the mean of (1 - e)² of (18.12) over its edges.
         """
-        from ..kernels.operators.edges import extreme_lengths  # of a metric only
-
-        found = np.zeros((3, len(self.mesh.cells)))
-        extreme_lengths(self.mesh, found[0], found[1], found[2])
-        return found
+        self._lengths = lengths_of(self.mesh, self._lengths)
+        return self._lengths.values
 
     @property
     def worst_of_all(self) -> float:
@@ -321,6 +321,7 @@ class Workspace:
     def move(self, points: Array) -> None:
         """Put all vertices where they are to be, (np, 3)."""
         self.next_sweep()
+        self._lengths = UNKNOWN
         places = self.mesh.points[:, :3]
         self.mesh.vertex_clock[np.any(points != places, axis=1)] = self.clock
         places[:] = points
@@ -391,4 +392,6 @@ class Workspace:
 
     def result(self) -> tuple[Simplices, Array]:
         """The mesh as it is now; see `storage.simplices_of`."""
-        return storage.simplices_of(self.mesh, self._source, self._origin, self.facets)
+        return storage.simplices_of(
+            self.mesh, self._source, self._origin, self.facets, self._resamples
+        )

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..boundary.patches import Patches
 from ..constraints.model import Constraints
-from ..handles import OUTER
+from ..handles import OUTER, PATCH
 from ..kernels.judge import measure_cells
 from ..kernels.types import (
     CLOCK,
@@ -77,7 +77,7 @@ def simplex_mesh(
         What vertices were told.
     """
     number = inverse(origin)
-    cells, beyond, region = _ordered_cells(source, number, in_order)
+    cells, beyond, region = _ordered_cells(source, number, in_order, patches)
     n_cells, n_points = len(cells), len(origin)
     capacity = capacity_for(n_cells)
     vertex_cell = _first_cells(cells, n_points)
@@ -129,11 +129,18 @@ def guides(
     return fixed, guide, np.zeros((0, 4))
 
 
-def _ordered_cells(source: Simplices, number: Array, in_order: bool) -> tuple[Array, Array, Array]:
+def _ordered_cells(
+    source: Simplices, number: Array, in_order: bool, patches: Patches | None
+) -> tuple[Array, Array, Array]:
     """Cells, what lies beyond their facets, and their regions, in the order of the work."""
     cells = number[source.cells]
     order = np.argsort(np.zeros(len(cells)) if in_order else cells.min(axis=1), kind="stable")
-    beyond = source.neighbours[order]
+    beyond = source.neighbours
+    if patches is not None and patches.splits is not None:
+        borders = np.where(patches.splits, PATCH - patches.patch, OUTER)
+        beyond = beyond.copy()
+        beyond[beyond == OUTER] = borders  # those of `source.outer`, which are in this order
+    beyond = beyond[order]
     beyond = np.where(beyond < 0, beyond, 4 * inverse(order)[beyond >> 2] + (beyond & 3))
     return cells[order], beyond, source.region[order]
 
@@ -157,7 +164,10 @@ def _fixed(source: Simplices, origin: Array, number: Array) -> Array:
 
 def _required(source: Simplices, number: Array, patches: Patches | None) -> Array:
     """Sorted keys of the edges that must stay."""
-    edges = source.edges if patches is None else np.concatenate([source.edges, patches.ridges])
+    edges = source.edges
+    if patches is not None:
+        whole = patches.whole
+        edges = whole if whole is not None else np.concatenate([edges, patches.ridges])
     return adjacency.distinct(adjacency.row_keys(number[edges], len(number)))
 
 
@@ -273,7 +283,7 @@ def new_scratch(mesh: AnyMesh) -> Scratch:
 
 
 def simplices_of(
-    mesh: SimplexMesh, source: Simplices, numbers: Array, facets: Array
+    mesh: SimplexMesh, source: Simplices, numbers: Array, facets: Array, resamples: bool = False
 ) -> tuple[Simplices, Array]:
     """The mesh as it is now, without the vertices that vanished.
 
@@ -283,6 +293,8 @@ def simplices_of(
         The point of the source that each row was.
     facets : (n, d) int64
         The declared facets, by rows.
+    resamples : bool
+        Whether edges of the boundary may have been split.
 
     Returns
     -------
@@ -308,6 +320,11 @@ def simplices_of(
     cells, region = number[mesh.cells[living]], mesh.region[living]
     order = np.lexsort((cells.min(axis=1), region))
     cells, region = cells[order], region[order]
+    patch = None
+    if resamples:
+        beyond = mesh.neighbours[living][order]
+        beyond = beyond[(beyond == OUTER) | (beyond <= PATCH)]
+        patch = np.where(beyond <= PATCH, PATCH - beyond, -1)
     number_of = number[inverse(numbers)]
     worked = replace(
         source,
@@ -317,5 +334,6 @@ def simplices_of(
         fixed=source.fixed[origin] & (origin >= 0),
         facets=number[facets],
         edges=number_of[source.edges],
+        patch=patch,
     )
     return worked, origin

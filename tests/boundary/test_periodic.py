@@ -10,6 +10,7 @@ from meshopt_cli.jobs import optimize as job
 from meshopt_cli.mesh.cast import cast
 from meshopt_cli.mesh.periodic import Link
 from meshopt_cli.plans.config import Request, plan_for
+from support.driven import adapted, same_everywhere
 from support.edits import shaken
 from support.meshes import tet_grid, tri_grid
 
@@ -45,7 +46,19 @@ def side_facets(mesh, of_points, number):
 def test_sides_go_on_to_match(name, policy):
     mesh = periodic(GRIDS[name])
     plan = plan_for(Request(preset="standard"), mesh.dimension())
-    result = job.optimize(mesh, plan.pipeline, plan.measure, policy=policy).mesh
+    assert_match(mesh, job.optimize(mesh, plan.pipeline, plan.measure, policy=policy).mesh)
+
+
+@pytest.mark.parametrize("name", GRIDS)
+def test_sides_go_on_to_match_where_others_are_split(name):
+    mesh = periodic(GRIDS[name])
+    result = adapted(mesh, same_everywhere(0.1), Slide()).mesh
+    assert_match(mesh, result)
+    assert len(cast(result).outer) > len(cast(mesh).outer)
+
+
+def assert_match(mesh, result):
+    """Periodic sides are as they were."""
     ((before,), (link,)) = mesh.periodic, result.periodic
     assert len(link.pairs) == len(before.pairs)
     slave, master = link.pairs.T

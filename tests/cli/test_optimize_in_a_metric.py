@@ -49,13 +49,30 @@ def test_edges_come_near_to_length_1(meshopt, tmp_path, make, n, suffix):
 
 
 @pytest.mark.parametrize(("make", "n"), GRIDS)
-def test_a_second_run_is_not_worse(meshopt, tmp_path, make, n):
+@pytest.mark.parametrize("boundary", ["fixed", "slide"])
+def test_a_second_run_is_not_worse(meshopt, tmp_path, make, n, boundary):
     path, sol = made(tmp_path, make, n)
-    out, again = tmp_path / "a.mesh", tmp_path / "b.mesh"
-    _, first = both(meshopt, path, out, "--metric", sol, "--metric-out", tmp_path / "a.sol")
-    before, after = both(meshopt, out, again, "--metric", tmp_path / "a.sol")
+    out, again, to = (tmp_path / name for name in ("a.mesh", "b.mesh", "a.sol"))
+    how = ("--boundary", boundary)
+    _, first = both(meshopt, path, out, "--metric", sol, "--metric-out", to, *how)
+    before, after = both(meshopt, out, again, "--metric", to, *how)
     assert before["edges"]["tau"] == pytest.approx(first["edges"]["tau"], rel=1e-12)
     assert after["edges"]["tau"] >= before["edges"]["tau"] - 1e-9
+
+
+@pytest.mark.parametrize(("make", "n"), GRIDS)
+def test_a_boundary_that_slides_is_driven_too(meshopt, tmp_path, make, n):
+    path, sol = made(tmp_path, make, n, ".msh")
+    figures = {}
+    for boundary in ("fixed", "slide"):
+        out = tmp_path / f"{boundary}.msh"
+        _, after = both(meshopt, path, out, "--metric", sol, "--boundary", boundary)
+        figures[boundary] = after["edges"]
+        assert meshopt("check", out).status == 0
+        old, new = (cast(formats.read(one)[0]) for one in (path, out))
+        np.testing.assert_allclose(region_volumes(new), region_volumes(old), rtol=1e-12)
+    assert figures["slide"]["tau"] > figures["fixed"]["tau"] + 0.01
+    assert figures["slide"]["share"] > figures["fixed"]["share"] + 0.05
 
 
 @pytest.mark.parametrize("preset", ["fast", "standard"])

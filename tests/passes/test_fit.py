@@ -12,6 +12,8 @@ from meshopt_cli.mesh.cast import cast
 from meshopt_cli.passes.fit import Fit
 from meshopt_cli.passes.smooth import Smooth
 from meshopt_cli.passes.swap import Swap
+from meshopt_cli.passes.untangle import Untangle
+from meshopt_cli.work.lengths import UNKNOWN, lengths_of
 from support.driven import layered, workspace_in
 from support.edits import declaring_some, halves, shaken
 from support.invariants import assert_kept, workspace
@@ -176,3 +178,20 @@ def test_what_stays_as_it_is_is_not_tried_again():
 def test_values_out_of_range_are_named(change):
     with pytest.raises(ConfigError, match=next(iter(change))):
         Fit(**change)
+
+
+@pytest.mark.parametrize(("make", "n"), GRIDS)
+def test_lengths_that_are_remembered_are_those_that_are_found(make, n):
+    """Of cells that did not change they are not looked for again, whatever was done to others."""
+    one = shaken(make(n))
+    work = workspace_in(one, layered(one.points))
+    work.lengths()
+    kept = work.copy()
+    smooth = Smooth(method="descent", accept="mean", least_quality=0.02)
+    for step in (Swap(), smooth, Fit(), Swap(worse_than=2.0), Fit(gains="yes"), Untangle(), smooth):
+        step.run(work)
+        known, anew = work.lengths(), lengths_of(work.mesh, UNKNOWN).values
+        np.testing.assert_array_equal(known[:, : anew.shape[1]], anew)
+    work.move(work.places)
+    np.testing.assert_array_equal(work.lengths(), lengths_of(work.mesh, UNKNOWN).values)
+    np.testing.assert_array_equal(kept.lengths(), lengths_of(kept.mesh, UNKNOWN).values)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...compiled.decorators import inlined, kernel
-from ...handles import OUTER
+from ...handles import DECLARED, INTERFACE, OUTER
 from ..types import MAX_SHELL, Scratch, SimplexMesh
 from .ball import local_index
 
@@ -94,7 +94,7 @@ def gather_open_shell(
     n : int
         Number of tets, or SHELL_OVERFLOW or SHELL_ELSEWHERE.
     outer : bool
-        Whether both sides are the boundary of the mesh.
+        Whether both sides are the boundary of the mesh, and of the same patch where this is known.
     """
     worst = cell
     side = OUTER
@@ -119,7 +119,7 @@ def gather_open_shell(
         n += 1
         cell, c, d = next_around(mesh, cell, c, d)
         if cell < 0:
-            return n, cell == OUTER and side == OUTER
+            return n, cell == side and cell not in (INTERFACE, DECLARED)
 
 
 @inlined

@@ -39,7 +39,7 @@ from ..shape.simplex import (
     tri_quality,
 )
 from ..types import CORNERS, FACES, MAPPED, SIMPLICES, AnyMesh, Judge, Scratch, SimplexMesh
-from ..vectors import Vec, cross, dot, norm, ratio, square_distance
+from ..vectors import ZERO, Vec, cross, dot, norm, ratio, square_distance
 
 FACTORS = 9  # the first of the three rows of `scratch.star` that hold t
 JACOBIAN = 12  # 1 / the scaled Jacobian of an ideal corner where it is to be judged by it, else 0
@@ -181,6 +181,26 @@ def star_quality(mesh: AnyMesh, i: int, p: Vec, scratch: Scratch) -> float:
 
 
 @kernel
+def measure_in_metric(width: int, n: int, p: Vec, star: np.ndarray, values: np.ndarray) -> None:
+    """The aspect ratios of a star in a metric; see `measure_star`, and `general_quality`."""
+    if width == 3:
+        for i in range(n):
+            t = map_at(star, i)
+            values[i] = tri_aspect_ratio(
+                mapped(t, edge_to(star, 0, i, p)), mapped(t, edge_to(star, 1, i, p)), ZERO
+            )
+    else:
+        for i in range(n):
+            t = map_at(star, i)
+            values[i] = tet_aspect_ratio(
+                mapped(t, edge_to(star, 0, i, p)),
+                mapped(t, edge_to(star, 1, i, p)),
+                mapped(t, edge_to(star, 2, i, p)),
+                ZERO,
+            )
+
+
+@kernel
 def measure_star(mesh: AnyMesh, n: int, p: Vec, scratch: Scratch) -> float:
     """Measure all cells of the star with its point at p, into `scratch.values`.
 
@@ -193,8 +213,11 @@ def measure_star(mesh: AnyMesh, n: int, p: Vec, scratch: Scratch) -> float:
     values = scratch.values
     times = mesh.judge.lenience
     if not is_plain(mesh.judge):
-        for i in range(n):
-            values[i] = general_quality(mesh, i, p, scratch)
+        if mesh.judge.form == MAPPED and mesh.judge.code == ASPECT_RATIO and times == 0.0:
+            measure_in_metric(mesh.cells.shape[1], n, p, star, values)
+        else:
+            for i in range(n):
+                values[i] = general_quality(mesh, i, p, scratch)
     elif mesh.cells.shape[1] == 3:
         for i in range(n):
             values[i] = tri_aspect_ratio(corner(star, 0, i), corner(star, 1, i), p)

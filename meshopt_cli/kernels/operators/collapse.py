@@ -12,7 +12,6 @@ import numpy as np
 
 from ...cells import TET_EDGES, TRI_EDGES
 from ...compiled.decorators import entry, kernel
-from ...handles import OUTER
 from ..accept import MEAN, UNCHANGED, is_accepted, lowers_mean, threshold, with_cell, without
 from ..cavity import kill_cell, link
 from ..gather.ball import (
@@ -23,6 +22,7 @@ from ..gather.ball import (
     touch,
     worst_of,
 )
+from ..gather.rim import is_outer
 from ..guide import PLANE
 from ..journal import keep
 from ..judge import q_with
@@ -143,7 +143,7 @@ def joined_on_boundary(mesh: SimplexMesh, vertex: int, onto: int, n: int, scratc
         there = local_index(mesh.cells, cell, onto)
         if there >= 0:
             for k in range(mesh.cells.shape[1]):
-                if k not in (there, scratch.ball[i] & 3) and mesh.neighbours[cell, k] == OUTER:
+                if k not in (there, scratch.ball[i] & 3) and is_outer(mesh.neighbours[cell, k]):
                     return True
     return False
 

@@ -16,7 +16,9 @@ from ...compiled.decorators import entry, inlined, kernel
 from ..accept import is_accepted, threshold
 from ..cavity import has_room, replace_cells
 from ..gather.ball import gather_ball, local_index, next_stamp, worst_of
+from ..gather.rim import INSIDE, around_any_edge, may_slide_onto, set_guide_between
 from ..gather.shell import is_required
+from ..guide import LINE, PLANE
 from ..journal import keep_vertex
 from ..judge import q_of_row
 from ..metric import length, set_between, square_in
@@ -36,7 +38,6 @@ from ..types import (
 )
 from ..vectors import Vec, at, minus, rounded, set_point, toward
 from .collapse import CollapsePlan, apply_collapse, refused, worst_collapsed
-from .constrained import around_edge
 
 MAX_EDGES = 6
 
@@ -59,6 +60,8 @@ class EdgeSplit(NamedTuple):
     n_old: int
     n_new: int
     position: Vec
+    one: int  # borders on either side of an edge of the boundary, else INSIDE
+    other: int
 
 
 @inlined
@@ -79,17 +82,6 @@ def halfway(points: np.ndarray, a: int, b: int) -> float:
     return math.log(2.0 * one / (one + other)) / math.log(one / other)
 
 
-@kernel
-def cells_at_edge(mesh: SimplexMesh, cell: int, edge: int, scratch: Scratch) -> int:
-    """Put the cells around an edge into the cavity; how many, 0 on a boundary."""
-    if mesh.cells.shape[1] == 4:
-        return around_edge(mesh, cell, edge, scratch)
-    beyond = mesh.neighbours[cell, edge]
-    scratch.cavity[0] = cell
-    scratch.cavity[1] = beyond >> 2
-    return 2 if beyond >= 0 else 0
-
-
 @inlined
 def ends_of(mesh: SimplexMesh, cell: int, edge: int) -> tuple[int, int]:
     """The ends of an edge of a cell; in the plane of that across from a vertex."""
@@ -102,19 +94,19 @@ def ends_of(mesh: SimplexMesh, cell: int, edge: int) -> tuple[int, int]:
 def simulate_edge_split(
     mesh: SimplexMesh, cell: int, edge: int, how: Fitting, scratch: Scratch
 ) -> EdgeSplit:
-    """Simulate a new vertex half way, in the metric, on an edge inside.
+    """Simulate a new vertex half way, in the metric, on an edge that may be split.
 
     It is written to the next free row of the points, which nothing refers to yet.
     """
     a, b = ends_of(mesh, cell, edge)
     points = mesh.points
-    n = cells_at_edge(mesh, cell, edge, scratch)
+    n, one, other = around_any_edge(mesh, cell, edge, scratch)
     t = halfway(points, a, b)
     p = rounded(mesh, toward(at(points, a), at(points, b), t))
     if n == 0 or is_required(mesh, a, b):
-        return EdgeSplit(FIXED, 0, 0, p)
+        return EdgeSplit(FIXED, 0, 0, p, one, other)
     if n > MAX_SHELL:
-        return EdgeSplit(TOO_LARGE, 0, 0, p)
+        return EdgeSplit(TOO_LARGE, 0, 0, p, one, other)
     vertex = mesh.state[N_POINTS]
     set_point(points, vertex, p)
     set_between(points, vertex, a, b, t)
@@ -140,25 +132,27 @@ def simulate_edge_split(
                 scratch.vertex_mark[v] = stamp
                 size = length(points, v, vertex)
                 if size < how.other:
-                    return EdgeSplit(TOO_LONG, n, 2 * n, p)
+                    return EdgeSplit(TOO_LONG, n, 2 * n, p, one, other)
                 lack += lack_of(size)
                 more += 1
         worst = min(worst, q_of_row(mesh, scratch.created, 2 * i))
         worst = min(worst, q_of_row(mesh, scratch.created, 2 * i + 1))
         if worst <= stop:
-            return EdgeSplit(INVALID if worst <= 0.0 else NOT_BETTER, n, 2 * n, p)
+            return EdgeSplit(INVALID if worst <= 0.0 else NOT_BETTER, n, 2 * n, p, one, other)
     if how.lack >= 0.0 and lack >= more * how.lack:
-        return EdgeSplit(NOT_BETTER, n, 2 * n, p)
-    return EdgeSplit(APPLIED, n, 2 * n, p)
+        return EdgeSplit(NOT_BETTER, n, 2 * n, p, one, other)
+    return EdgeSplit(APPLIED, n, 2 * n, p, one, other)
 
 
 @kernel
-def apply_edge_split(mesh: SimplexMesh, plan: EdgeSplit, scratch: Scratch) -> int:
-    """Carry out a simulated split; returns the new vertex."""
+def apply_edge_split(mesh: SimplexMesh, plan: EdgeSplit, a: int, b: int, scratch: Scratch) -> int:
+    """Carry out a simulated split of the edge from a to b; returns the new vertex."""
     vertex = mesh.state[N_POINTS]
     mesh.state[N_POINTS] += 1
     keep_vertex(mesh, vertex, scratch)
     mesh.fixed[vertex] = False
+    if plan.one != INSIDE:
+        set_guide_between(mesh, vertex, a, b, plan.one, plan.other, plan.n_old, scratch)
     replace_cells(mesh, scratch.cavity, plan.n_old, plan.n_new, scratch)
     return vertex
 
@@ -213,7 +207,8 @@ def sweep_long_edges(
             plan = simulate_edge_split(mesh, cell, edge, how, scratch)
             counts[plan.verdict] += 1
             if plan.verdict == APPLIED:
-                apply_edge_split(mesh, plan, scratch)
+                a, b = ends_of(mesh, cell, edge)
+                apply_edge_split(mesh, plan, a, b, scratch)
                 break
     return order.shape[0]
 
@@ -222,13 +217,14 @@ def sweep_long_edges(
 def simulate_short_collapse(
     mesh: SimplexMesh, vertex: int, onto: int, how: Fitting, scratch: Scratch
 ) -> CollapsePlan:
-    """Put an internal vertex on another one, whatever its quality but for a rule."""
-    if mesh.fixed[vertex]:
+    """Put a vertex on another one, along the boundary where it slides there, as a rule allows."""
+    slides = mesh.slides and mesh.guide[vertex, 0] in (LINE, PLANE)
+    if mesh.fixed[vertex] and not slides:
         return refused(FIXED, vertex, onto)
     n, closed = gather_ball(mesh, vertex, scratch.ball, scratch)
     if n < 0:
         return refused(TOO_LARGE, vertex, onto)
-    if not closed:
+    if not closed and not (slides and may_slide_onto(mesh, vertex, onto, n, scratch)):
         return refused(FIXED, vertex, onto)
     points = mesh.points
     p = at(points, onto)
@@ -302,14 +298,25 @@ def sweep_short_edges(
 
 @entry(
     group="fit",
-    example=lambda work: (work.mesh, work.vertex_values, work.vertex_values, work.vertex_values),
+    example=lambda work: (work.mesh, work.vertex_values, work.vertex_values, work.vertex_values, 0),
 )
 def extreme_lengths(
-    mesh: SimplexMesh, shortest: np.ndarray, longest: np.ndarray, lack: np.ndarray
+    mesh: SimplexMesh, shortest: np.ndarray, longest: np.ndarray, lack: np.ndarray, since: int
 ) -> None:
-    """The shortest and the longest edge of each cell, and what its edges lack on average, (n,)."""
+    """The shortest and the longest edge of each cell, and what its edges lack on average, (n,).
+
+    Parameters
+    ----------
+    since : int
+        Of cells that did not change in this sweep, nor after it, the values are there.
+    """
     n_edges = 6 if mesh.cells.shape[1] == 4 else 3
     for cell in range(mesh.state[N_CELLS]):
+        changed = True
+        for k in range(mesh.cells.shape[1]):
+            changed = changed and mesh.vertex_clock[mesh.cells[cell, k]] >= since
+        if mesh.alive[cell] and not changed:
+            continue
         least = math.inf
         most = 0.0
         total = 0.0
