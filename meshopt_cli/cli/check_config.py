@@ -17,7 +17,7 @@ from .options import Number
 # Where the table stands in each file.
 FILES = {"meshopt.toml": ("check",), "pyproject.toml": ("tool", "meshopt", "check")}
 # Options of the command line that say what to do, not what is allowed.
-NOT_KEYS = {"explain", "quiet", "verbose", "mark", "help", "no_config", "meshes"}
+NOT_KEYS = {"explain", "quiet", "verbose", "log_file", "mark", "help", "no_config", "meshes"}
 
 
 def defaults(command: click.Command, ctx: click.Context, folder: Path) -> dict[str, Any]:
