@@ -90,9 +90,9 @@ def test_an_entry_is_compiled_and_linked_once(folder, monkeypatch):
 
     calls = []
     monkeypatch.setattr(jit, "compile_entry", slowly(jit.compile_entry, calls))
-    monkeypatch.setattr(native, "Native", slowly(native.Native, calls))
+    monkeypatch.setattr(native, "load", slowly(native.load, calls))
     assert results_of([decorators.Entry(tripled)] * N_THREADS) == RESULTS
-    assert calls == ["compile_entry", "Native"]
+    assert calls == ["compile_entry", "load"]
 
 
 def test_the_folder_is_found_once(tmp_path, monkeypatch):
