@@ -7,15 +7,12 @@ they run on.
 
 from __future__ import annotations
 
-import atexit
 import contextlib
 import hashlib
 import logging
 import os
 import re
-import shutil
 import sys
-import tempfile
 import time
 from importlib.util import find_spec
 from pathlib import Path
@@ -129,6 +126,10 @@ def folders() -> tuple[Path, list[Path]]:
 
 def _private() -> Path:
     """A folder that goes with the process, and is told from those of runs that were killed."""
+    import atexit
+    import shutil
+    import tempfile
+
     try:
         sweep.sweep(Path(tempfile.gettempdir()), PREFIX)
         private = Path(tempfile.mkdtemp(prefix=PREFIX))
@@ -160,6 +161,8 @@ def make(place: Path) -> None:
 
 def _is_writable(place: Path) -> bool:
     """Whether it is; it is in use today, too: see `_sweep`."""
+    import tempfile
+
     try:
         with tempfile.TemporaryFile(dir=place):
             pass
@@ -237,12 +240,16 @@ def _put(place: Path, data: bytes) -> None:
         with open(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644), "wb") as stream:
             stream.write(data)
         if place.is_dir() and not place.is_symlink():
+            import shutil
+
             shutil.rmtree(place)
         temporary.replace(place)
 
 
 def _sweep(used: Path) -> None:
     """Remove folders of other versions that were not used for long, and what killed runs left."""
+    import shutil
+
     old = time.time() - _MONTH
     for place in used.parent.iterdir():
         with contextlib.suppress(OSError):
