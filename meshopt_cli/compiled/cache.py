@@ -58,8 +58,11 @@ def settings() -> list[tuple[str, str]]:
 def digest_of_sources() -> str:
     """Digest of all kernel sources, wherever they lie."""
     digest = hashlib.sha256()
-    for source in sources():
-        digest.update(source.relative_to(PACKAGE).as_posix().encode() + source.read_bytes())
+    start = len(str(PACKAGE)) + 1
+    for source in map(str, sources()):
+        digest.update(source[start:].replace(os.sep, "/").encode())
+        with open(source, "rb", buffering=0) as stream:
+            digest.update(stream.read())
     return digest.hexdigest()
 
 

@@ -92,8 +92,10 @@ class Entry:
         """What the code for arguments of a layout is kept under."""
         digest = hashlib.sha256(layout.encode())
         # An entry need not be among the kernels, whose sources name the folder: tests have some.
-        with contextlib.suppress(OSError):
-            digest.update(Path(self.py_func.__code__.co_filename).read_bytes())
+        source = self.py_func.__code__.co_filename
+        if not source.startswith(str(cache.PACKAGE)):
+            with contextlib.suppress(OSError):
+                digest.update(Path(source).read_bytes())
         module = self.py_func.__module__.rpartition(".")[2]
         return f"{module}.{self.py_func.__name__}-{digest.hexdigest()[:16]}"
 
