@@ -178,6 +178,8 @@ def compile_groups(groups: Iterable[str]) -> None:
     A process that fails is no harm: what it did not compile is compiled when it is needed.
     """
     shares = shares_of(ways.missing(groups), n_cores())
+    if not shares:
+        return
     environment = {**os.environ, "MESHOPT_CACHE_DIR": str(cache.folder().parent)}
     helpers = [
         subprocess.Popen(

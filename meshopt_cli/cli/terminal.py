@@ -110,15 +110,19 @@ def progress(quiet: bool) -> Iterator[Watch]:
 
 def compile_kernels(quiet: bool, groups: Iterable[str] = ("basic",)) -> None:
     """Compile what is missing of some groups of kernels, and say so, for it takes a while."""
-    from ..compiled.cache import is_lasting
-    from ..compiled.ways import Way, missing, way
+    from ..compiled.ways import missing
 
     if not missing(groups):
         return
     if not quiet:
+        from ..compiled.cache import is_lasting
+        from ..compiled.library import opened
+        from ..compiled.ways import Way, way
+
         time = "under a minute" if way() is Way.NATIVE else "a few minutes"
         often = "once on this machine" if is_lasting() else "for this run alone"
-        click.echo(f"meshopt: compiling kernels, {often} ({time})", err=True)
+        why = f"; those of this package are not used: {opened().unfit}" if opened().unfit else ""
+        click.echo(f"meshopt: compiling kernels, {often} ({time}){why}", err=True)
     from ..warmup import compile_groups
 
     compile_groups(groups)

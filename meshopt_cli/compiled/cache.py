@@ -7,15 +7,12 @@ they run on.
 
 from __future__ import annotations
 
-import atexit
 import contextlib
 import hashlib
 import logging
 import os
 import re
-import shutil
 import sys
-import tempfile
 import time
 from importlib.util import find_spec
 from pathlib import Path
@@ -32,6 +29,13 @@ PREFIX = "meshopt-kernels-"  # of folders that go with the process
 PACKAGE = Path(__file__).parent.parent
 # What is compiled, and what compiles it, below the package.
 PATTERNS = ("cells.py", "handles.py", "compiled/**/*.py", "kernels/**/*.py")
+# Variables by which numba makes other code; its many others change what it says and keeps.
+SETTINGS = (
+    "NUMBA_BOUNDSCHECK", "NUMBA_CPU_FEATURES", "NUMBA_CPU_NAME", "NUMBA_DEBUGINFO",
+    "NUMBA_DEBUG_NRT", "NUMBA_DISABLE_INTEL_SVML", "NUMBA_ENABLE_AVX", "NUMBA_ENABLE_PROFILING",
+    "NUMBA_EXTEND_VARIABLE_LIFETIMES", "NUMBA_LLVM_REFPRUNE_FLAGS", "NUMBA_LLVM_REFPRUNE_PASS",
+    "NUMBA_LOOP_VECTORIZE", "NUMBA_NRT_STATS", "NUMBA_OPT", "NUMBA_SLP_VECTORIZE",
+)  # fmt: skip
 
 _DAY, _MONTH = 86_400.0, 30 * 86_400.0  # seconds
 _FOLDER = re.compile(r"[0-9a-f]{16}")
@@ -46,19 +50,31 @@ def sources() -> list[Path]:
     return [path for pattern in PATTERNS for path in sorted(PACKAGE.glob(pattern))]
 
 
+def settings() -> list[tuple[str, str]]:
+    """What the environment sets of `SETTINGS`."""
+    return [(name, os.environ[name]) for name in SETTINGS if name in os.environ]
+
+
+def digest_of_sources() -> str:
+    """Digest of all kernel sources, wherever they lie."""
+    digest = hashlib.sha256()
+    start = len(str(PACKAGE)) + 1
+    for source in map(str, sources()):
+        digest.update(source[start:].replace(os.sep, "/").encode())
+        with open(source, "rb", buffering=0) as stream:
+            digest.update(stream.read())
+    return digest.hexdigest()
+
+
 def _digest() -> str:
     """Digest of all kernel sources and of what compiles them."""
     import llvmlite
     from llvmlite.binding import get_host_cpu_features, get_host_cpu_name
 
-    digest = hashlib.sha256()
     compilers = (sys.version, _version_of_numba(), llvmlite.__version__)
     machine = (get_host_cpu_name(), get_host_cpu_features().flatten())
-    settings = sorted(item for item in os.environ.items() if item[0].startswith("NUMBA_"))
-    digest.update(repr((compilers, machine, settings)).encode())
-    for source in sources():
-        digest.update(source.relative_to(PACKAGE).as_posix().encode() + source.read_bytes())
-    return digest.hexdigest()[:16]
+    made_by = repr((compilers, machine, settings(), digest_of_sources()))
+    return hashlib.sha256(made_by.encode()).hexdigest()[:16]
 
 
 def _version_of_numba() -> bytes:
@@ -113,6 +129,10 @@ def folders() -> tuple[Path, list[Path]]:
 
 def _private() -> Path:
     """A folder that goes with the process, and is told from those of runs that were killed."""
+    import atexit
+    import shutil
+    import tempfile
+
     try:
         sweep.sweep(Path(tempfile.gettempdir()), PREFIX)
         private = Path(tempfile.mkdtemp(prefix=PREFIX))
@@ -144,6 +164,8 @@ def make(place: Path) -> None:
 
 def _is_writable(place: Path) -> bool:
     """Whether it is; it is in use today, too: see `_sweep`."""
+    import tempfile
+
     try:
         with tempfile.TemporaryFile(dir=place):
             pass
@@ -221,12 +243,16 @@ def _put(place: Path, data: bytes) -> None:
         with open(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644), "wb") as stream:
             stream.write(data)
         if place.is_dir() and not place.is_symlink():
+            import shutil
+
             shutil.rmtree(place)
         temporary.replace(place)
 
 
 def _sweep(used: Path) -> None:
     """Remove folders of other versions that were not used for long, and what killed runs left."""
+    import shutil
+
     old = time.time() - _MONTH
     for place in used.parent.iterdir():
         with contextlib.suppress(OSError):

@@ -1,8 +1,9 @@
 """The decorators of the kernels, and how Python calls those that are compiled.
 
-The machine code of an earlier run is loaded as it is. Only a kernel that has none brings in
-numba (see `jit`), whose import takes longer than loading them all; and where the loader does not
-work, numba compiles and keeps all of them (see `plain`).
+The machine code that the package brings along (see `library`), or else that of an earlier run, is
+loaded as it is. Only a kernel that has none brings in numba (see `jit`), whose import takes longer
+than loading them all; and where the loader does not work, numba compiles and keeps all of them
+(see `plain`).
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast, overload
 
 from ..memory import is_limited
-from . import cache, ways, words
+from . import cache, library, ways, words
 from .marks import Code, Kernel
 
 log = logging.getLogger("meshopt")
@@ -69,8 +70,10 @@ class Entry:
             return ready
 
     def _made(self, layout: str, flat: words.Words, arguments: tuple[Any, ...]) -> Ready:
-        name = self._name(layout)
-        if ways.way() is ways.Way.NUMBA:
+        name = self.name(layout)
+        if ways.way() is ways.Way.LIBRARY and (found := library.find(name, flat)):
+            return found
+        if ways.compiler() is ways.Way.NUMBA:
             return self._plain(name, arguments)
         try:
             return self._native(name, flat, arguments)
@@ -85,12 +88,14 @@ class Entry:
             ways.give_up_native(error)
             return ready
 
-    def _name(self, layout: str) -> str:
-        """Under which the code for arguments of a layout is kept in `cache.folder`."""
+    def name(self, layout: str) -> str:
+        """What the code for arguments of a layout is kept under."""
         digest = hashlib.sha256(layout.encode())
         # An entry need not be among the kernels, whose sources name the folder: tests have some.
-        with contextlib.suppress(OSError):
-            digest.update(Path(self.py_func.__code__.co_filename).read_bytes())
+        source = self.py_func.__code__.co_filename
+        if not source.startswith(str(cache.PACKAGE)):
+            with contextlib.suppress(OSError):
+                digest.update(Path(source).read_bytes())
         module = self.py_func.__module__.rpartition(".")[2]
         return f"{module}.{self.py_func.__name__}-{digest.hexdigest()[:16]}"
 
@@ -100,13 +105,13 @@ class Entry:
         stored = cache.read(f"{name}.o")
         if stored is not None:
             try:
-                return native.Native(stored, flat, _symbols_of_numba)
+                return native.load(stored, flat, _symbols_of_numba)
             except MemoryError:
                 raise
             except Exception:
                 # It is damaged, or made by something else: it is made anew.
                 log.info("compiled code of %s cannot be loaded: it is compiled again", name)
-        return native.Native(self._compiled(f"{name}.o", arguments), flat, _symbols_of_numba)
+        return native.load(self._compiled(f"{name}.o", arguments), flat, _symbols_of_numba)
 
     def _compiled(self, name: str, arguments: tuple[Any, ...]) -> Code:
         """The code for such arguments, compiled now and stored."""

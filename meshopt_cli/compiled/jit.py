@@ -8,6 +8,7 @@ from typing import Any
 
 import numba
 from llvmlite import ir
+from llvmlite.binding import TargetMachine
 from numba import _helperlib
 from numba.core import types
 from numba.core.codegen import JITCodeLibrary
@@ -89,7 +90,17 @@ class KernelCompiler(CompilerBase):
 
 
 class Image(JITCodeLibrary):
-    """The code of an entry and of all that it calls, optimized, to become an object file."""
+    """The code of an entry and of all that it calls, optimized, to become an object file.
+
+    Parameters
+    ----------
+    symbol : str
+        Name of the function that Python calls.
+    """
+
+    def __init__(self, codegen: Any, name: str, symbol: str) -> None:
+        super().__init__(codegen, name)
+        self._symbol = symbol
 
     def _optimize_final_module(self) -> None:
         """Make all but the wrapper private first: arguments that nobody uses are dropped.
@@ -97,7 +108,7 @@ class Image(JITCodeLibrary):
         A mesh and its working space are two hundred words, which calls would copy to the stack.
         """
         for function in self._final_module.functions:
-            if not function.is_declaration and function.name != SYMBOL:
+            if not function.is_declaration and function.name != self._symbol:
                 function.linkage = "internal"
         super()._optimize_final_module()
 
@@ -106,10 +117,10 @@ class Image(JITCodeLibrary):
         self._verify_declare_only_symbols()
         self._finalized = True
 
-    def emit(self) -> bytes:
-        """The object file."""
+    def emit(self, machine: TargetMachine | None = None) -> bytes:
+        """The object file, for a machine: this one if none is given."""
         self._ensure_finalized()
-        return self._codegen._tm.emit_object(self._final_module)
+        return (machine or self._codegen._tm).emit_object(self._final_module)
 
 
 # No kernel allocates: it needs no reference counts of arrays.
@@ -125,8 +136,20 @@ def dispatcher_of(kernel: Kernel) -> Any:
     return numba.njit(**OPTIONS, forceinline=kernel.is_inlined)(kernel.py_func)
 
 
-def compile_entry(function: Callable[..., Any], arguments: tuple[Any, ...]) -> Code:
+def compile_entry(
+    function: Callable[..., Any],
+    arguments: tuple[Any, ...],
+    symbol: str = SYMBOL,
+    machine: TargetMachine | None = None,
+) -> Code:
     """Compile a function for arguments of the types of these.
+
+    Parameters
+    ----------
+    symbol : str
+        Name of the function in the object file.
+    machine : TargetMachine, optional
+        What it is for, of the processor that numba optimizes for: this one if none is given.
 
     Raises
     ------
@@ -139,15 +162,15 @@ def compile_entry(function: Callable[..., Any], arguments: tuple[Any, ...]) -> C
         dispatcher.compile(signature)
         compiled = dispatcher.overloads[signature]
         results = semantics.results_of(compiled.fndesc.restype)
-        image = Image(compiled.target_context.codegen(), function.__name__)
+        image = Image(compiled.target_context.codegen(), function.__name__, symbol)
         image.add_linking_library(compiled.library)
-        image.add_ir_module(wrapper_of(compiled))
+        image.add_ir_module(wrapper_of(compiled, symbol))
         image.finalize()
-        return Code(image.emit(), results)
+        return Code(image.emit(machine), results)
 
 
-def wrapper_of(compiled: CompileResult) -> ir.Module:
-    """The function that `native` calls: words to arguments, results to words."""
+def wrapper_of(compiled: CompileResult, symbol: str) -> ir.Module:
+    """The function that `call` calls: words to arguments, results to words."""
     context, kernel = compiled.target_context, compiled.fndesc
     module = context.create_module("wrapper")
     callee = ir.Function(
@@ -157,7 +180,7 @@ def wrapper_of(compiled: CompileResult) -> ir.Module:
     )
     pointer = WORD.as_pointer()
     status_type = ir.IntType(32)
-    wrapper = ir.Function(module, ir.FunctionType(status_type, [pointer, pointer]), SYMBOL)
+    wrapper = ir.Function(module, ir.FunctionType(status_type, [pointer, pointer]), symbol)
     builder = ir.IRBuilder(wrapper.append_basic_block("entry"))
     words, results = wrapper.args
     reader = words_at(builder, words)

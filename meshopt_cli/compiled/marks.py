@@ -6,7 +6,7 @@ import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-# Name of the function in an object file that Python calls.
+# Name of the function that Python calls, in the object file of one entry.
 SYMBOL = "call"
 
 

@@ -33,7 +33,6 @@ from .numbering import Numbering, numbering
 from .sniff import ADVICE, MEMORY, Encoding, UnreadableError, encoding_of
 from .streams import Contents, as_file, extension, opened
 from .table import FORMATS, Format
-from .vtk import VTK_VERSIONS, VTU_VERSIONS
 
 __all__ = ["FORMATS", "MEMORY", "PIPE", "Encoding", "Format", "Numbering", "Source", "Written"]
 __all__ += ["encoding_for", "extension"]
@@ -191,6 +190,8 @@ def _encoding_for(path: Path, source: Encoding | None, file_format: str | None) 
         return replace(new, binary=source.binary)
     if row.family == "medit":
         return replace(new, version=source.version)
+    from .vtk.write import VTK_VERSIONS, VTU_VERSIONS
+
     if row.family == "vtk":
         later = "4.2" if source.version < "5" else "5.1"
         return replace(source, version=source.version if source.version in VTK_VERSIONS else later)

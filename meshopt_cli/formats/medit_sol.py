@@ -16,7 +16,6 @@ import numpy as np
 from ..errors import ReadError, reason, shown
 from ..files.sink import written
 from ..mesh.model import Array
-from .medit import sections
 from .sniff import UnreadableError
 from .streams import extension, opened
 from .text import lines, rows_of
@@ -89,6 +88,8 @@ def read_sol(path: Path, max_size: int | None = None) -> Solution:
 
 
 def _read_text(data: bytes) -> Solution:
+    from .medit import sections
+
     dimension = 0
     for name, content in sections(data):
         if name == "Dimension":

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 from ..mesh.model import Mesh
 from ..registry import Table
-from . import medit, tags, vtk
-from .gmsh.read import read as read_gmsh
-from .gmsh.write import write as write_gmsh
+from . import tags
 from .sniff import Encoding
 
 
@@ -68,9 +68,18 @@ class Format:
         return extension[1:].upper() if extension in self.others else self.title
 
 
+def _late(module: str, name: str) -> Callable[..., Any]:
+    """A function of a module that a call of it imports: of all formats a run needs one or two."""
+
+    def function(*arguments: Any) -> Any:
+        return getattr(import_module(module, __package__), name)(*arguments)
+
+    return function
+
+
 def _gmsh(new: Encoding, written: tuple[str, ...], read: str, others: tuple[str, ...]) -> Format:
     about = f"Gmsh, version {new.version}, text or binary; {read} read"
-    functions = read_gmsh, tags.for_gmsh, write_gmsh
+    functions = _late(".gmsh.read", "read"), tags.for_gmsh, _late(".gmsh.write", "write")
     ends = (".msh", *written)
     return Format("gmsh", "Gmsh", ends, new, about, 1, "element", "node", *functions, others)
 
@@ -85,7 +94,7 @@ def _vtk(
 
 def _medit(extension: str, new: Encoding) -> Format:
     about = f"Medit, {'binary' if new.binary else 'text'}, as Mmg reads and writes it"
-    functions = medit.read, tags.for_medit, medit.write
+    functions = _late(".medit", "read"), tags.for_medit, _late(".medit", "write")
     return Format("medit", "Medit", (extension,), new, about, 1, "", "vertex", *functions)
 
 
@@ -101,15 +110,15 @@ _ROWS = (
         "VTK",
         Encoding("vtk", "4.2", binary=True),
         "VTK without XML, versions 2.0 to 5.1, text or binary",
-        vtk.read_vtk,
-        vtk.write_vtk,
+        _late(".vtk.legacy", "read"),
+        _late(".vtk.write", "write_vtk"),
     ),
     _vtk(
         "VTU",
         Encoding("vtu", "1.0", binary=True, compressed=True),
         "VTK with XML, text or binary, compressed or not",
-        vtk.read_xml,
-        vtk.write_vtu,
+        _late(".vtk.xml", "read"),
+        _late(".vtk.write", "write_vtu"),
         *(".vtp", ".vti", ".vtr", ".vts"),
         *(".pvtu", ".pvtp", ".pvti", ".pvtr", ".pvts"),
     ),

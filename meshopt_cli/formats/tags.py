@@ -28,8 +28,6 @@ from ..mesh.tags import (
     is_whole,
     tags_of,
 )
-from . import medit, medit_lists, vtk
-from .gmsh import model, types, views
 from .sniff import Encoding
 
 # The group of a cell, where a format has one: the first of these arrays that is there, and
@@ -50,6 +48,8 @@ def for_gmsh(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
 
     The arrays and lists of vertices and cells that Medit has become views.
     """
+    from .gmsh import model, types
+
     new = encoding.format == "gmsh"
     dropped = _fields(mesh) + ([] if new else _of_nodes(mesh))
     label = _label(mesh)
@@ -119,6 +119,8 @@ def for_medit(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
     The entity stands for the group where no cell of that dimension is in a group. A cell that
     is a vertex becomes the reference of the vertex, which is then required.
     """
+    from . import medit, medit_lists
+
     dropped = _names(mesh) + _model(mesh) + _of_nodes(mesh) + _fields(mesh)
     point_data = {n: values for n, values in mesh.point_data.items() if n in medit_lists.ARRAYS}
     refs = _tags(mesh.point_data.get(REF))
@@ -157,6 +159,7 @@ def for_medit(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
 
 def for_vtk(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
     """Fit a mesh for VTK: arrays run over all cells, 0 or NaN where there was none."""
+    from .vtk.cells import NUMBERS
 
     def spelled(names: Iterable[str]) -> dict[str, str]:
         """Names without what XML cannot hold, or as VTK does without XML: no blanks."""
@@ -170,7 +173,7 @@ def for_vtk(mesh: Mesh, encoding: Encoding) -> tuple[Mesh, list[str]]:
         return new
 
     dropped = _names(mesh) + _model(mesh) + _of_nodes(mesh)
-    held = [b for b in _held(mesh.blocks, vtk.CELL_TYPES.__contains__, dropped) if len(b.cells)]
+    held = [b for b in _held(mesh.blocks, NUMBERS.__contains__, dropped) if len(b.cells)]
     blocks = [Block(block.type, block.cells) for block in held]
     for name, kept in spelled(dict.fromkeys(name for b in held for name in b.data)).items():
         some = [block.data[name] for block in held if name in block.data]
@@ -254,7 +257,9 @@ def _tags(values: Array | None) -> Array | None:
 
 def _views(data: dict[str, Array], but: tuple[str, ...], dropped: list[str]) -> dict[str, Array]:
     """Keep the arrays that Gmsh can hold as views."""
+    from .gmsh.views import VIEW_WIDTHS
+
     others = {name: values for name, values in data.items() if name not in but}
-    fit = [n for n, values in others.items() if int(np.prod(values.shape[1:])) in views.VIEW_WIDTHS]
+    fit = [n for n, values in others.items() if int(np.prod(values.shape[1:])) in VIEW_WIDTHS]
     dropped += [name for name in others if name not in fit]
     return {name: others[name] for name in fit}

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -245,7 +246,7 @@ def test_a_relative_folder_of_all_caches_is_ignored(tmp_path):
 
 def test_without_a_folder_for_temporary_files_nothing_is_kept(root, monkeypatch):
     monkeypatch.delenv(cache.VARIABLE)
-    monkeypatch.setattr(cache.tempfile, "tempdir", str(root / "missing"))
+    monkeypatch.setattr(tempfile, "tempdir", str(root / "missing"))
     cache.write("a.o", CODE)
     cache.mark("group.native")
     assert cache.read("a.o") is None

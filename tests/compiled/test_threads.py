@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import tempfile
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -90,9 +91,9 @@ def test_an_entry_is_compiled_and_linked_once(folder, monkeypatch):
 
     calls = []
     monkeypatch.setattr(jit, "compile_entry", slowly(jit.compile_entry, calls))
-    monkeypatch.setattr(native, "Native", slowly(native.Native, calls))
+    monkeypatch.setattr(native, "load", slowly(native.load, calls))
     assert results_of([decorators.Entry(tripled)] * N_THREADS) == RESULTS
-    assert calls == ["compile_entry", "Native"]
+    assert calls == ["compile_entry", "load"]
 
 
 def test_the_folder_is_found_once(tmp_path, monkeypatch):
@@ -102,7 +103,7 @@ def test_the_folder_is_found_once(tmp_path, monkeypatch):
     for name in ("MESHOPT_CACHE_DIR", "XDG_CACHE_HOME"):
         monkeypatch.setenv(name, str(file))
     calls = []
-    monkeypatch.setattr(cache.tempfile, "mkdtemp", slowly(cache.tempfile.mkdtemp, calls))
+    monkeypatch.setattr(tempfile, "mkdtemp", slowly(tempfile.mkdtemp, calls))
     monkeypatch.setattr(cache, "folders", once(cache.folders.__wrapped__))
     assert len(set(at_once(lambda _: cache.folder()))) == 1
     assert calls == ["mkdtemp"]

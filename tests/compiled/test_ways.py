@@ -59,7 +59,7 @@ def test_the_environment_names_a_way(name, tmp_path, monkeypatch):
 
 def test_other_ways_are_refused(monkeypatch, samples, capsys):
     monkeypatch.setenv(ways.VARIABLE, "fortran")
-    with pytest.raises(ConfigError, match="'fortran' is none of native, numba"):
+    with pytest.raises(ConfigError, match="'fortran' is none of library, native, numba"):
         ways.way()
     assert status_of(["report", str(samples / "plate.vtu")]) == EXIT_USAGE
     (line,) = capsys.readouterr().err.splitlines()
