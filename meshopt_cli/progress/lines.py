@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import sys
+import threading
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, TextIO
 
@@ -42,26 +43,42 @@ def tqdm_progress(file: TextIO | None = None, plain: bool = False) -> Iterator[T
     ...     meshopt.optimize("in.vtu", progress=progress)
     """
     bar: tqdm | None = None
+    latest: Progress | None = None
+    is_late = False
 
     def told(progress: Progress) -> None:
-        nonlocal bar
+        nonlocal bar, latest
+        latest = progress
+        if not is_late:
+            return
+        form = "{desc} ..."
+        if progress.step:
+            form = f"{{desc}}  {{percentage:3.0f}}%|{{bar:20}}|{_left(progress)}"
         if bar is None:
-            if progress.seconds < LATE:
-                return
             from tqdm import tqdm
 
             bar = tqdm(total=PARTS, leave=False, file=file or sys.stderr, dynamic_ncols=True,
-                       ascii=plain or None, mininterval=0.0)  # fmt: skip
-        with_bar = bool(progress.step)
-        bar.bar_format = f"{{desc}}  {{percentage:3.0f}}%|{{bar:20}}|{_left(progress)}"
-        bar.bar_format = bar.bar_format if with_bar else "{desc} ..."
+                       ascii=plain or None, bar_format=form, desc=words(progress))  # fmt: skip
+        bar.bar_format = form
         bar.n = PARTS * progress.share
         bar.set_description_str(words(progress), refresh=False)
         bar.refresh()
 
+    def begin() -> None:
+        """Show what goes on by now, of which nothing else may be told for a while."""
+        nonlocal is_late
+        is_late = True
+        if latest is not None:
+            told(latest)
+
+    timer = threading.Timer(LATE, begin)
+    timer.daemon = True
+    timer.start()
     try:
         yield told
     finally:
+        timer.cancel()
+        timer.join()
         if bar is not None:
             bar.close()
 

@@ -2,6 +2,7 @@
 
 import io
 import math
+import time
 
 import numpy as np
 import pytest
@@ -75,9 +76,13 @@ def seen():
 
 
 def test_the_line_of_tqdm(seen, monkeypatch):
-    monkeypatch.setattr("meshopt_cli.progress.lines.LATE", 0.0)
+    monkeypatch.setattr("meshopt_cli.progress.lines.LATE", 0.01)
     stream = io.StringIO()
     with meshopt.tqdm_progress(stream, plain=True) as told:
+        told(seen[0])
+        while not stream.getvalue():  # though nothing more is told
+            time.sleep(0.01)
+        assert "reading ..." in stream.getvalue()
         for one in seen:
             told(one)
     text = stream.getvalue()
