@@ -19,6 +19,7 @@ from ..mesh.groups import cells_named, names_of_groups
 from ..mesh.model import Block, Mesh, top_blocks
 from ..mesh.plane import with_depth
 from ..mesh.second_order import is_second_order
+from ..mesh.tags import is_identity, raised
 from ..plans.config import Plan, Selection
 from ..plans.pipeline import Pipeline
 from ..quality.measures import Measure
@@ -82,8 +83,9 @@ class Frozen:
         """
         number = np.full(len(mesh.points), -1)
         number[origin[origin >= 0]] = np.flatnonzero(origin >= 0)
+        result = self._numbered_apart(mesh, result)
         top = top_blocks(result)
-        known = set.intersection(*(set(block.data) for block in top))
+        known = set.union(*(set(block.data) for block in top))
         blocks = []
         for block in self.blocks(mesh):
             data = {name: values for name, values in block.data.items() if name in known}
@@ -91,6 +93,25 @@ class Frozen:
         last = max(i for i, b in enumerate(result.blocks) if any(b is one for one in top)) + 1
         blocks = [*result.blocks[:last], *blocks, *result.blocks[last:]]
         return replace(result, blocks=blocks, regions=mesh.regions)
+
+    def _numbered_apart(self, mesh: Mesh, result: Mesh) -> Mesh:
+        """The result, whose new cells have no number that one of the cells that stay has.
+
+        They were numbered after the greatest of the cells that were worked on.
+        """
+        stay, worked = self.blocks(mesh), top_blocks(self.left_out_of(mesh))
+        top = top_blocks(result)
+        data = {id(block): dict(block.data) for block in top}
+        for name in set.union(*(set(block.data) for block in top)):
+            before = [_numbers(name, blocks) for blocks in (stay, worked)]
+            if not all(map(len, before)) or not is_identity(name, np.concatenate(before)):
+                continue
+            taken, last = (int(numbers.max()) for numbers in before)
+            for own in data.values():
+                if name in own and taken > last:
+                    own[name] = raised(own[name], last, taken - last)
+        blocks = [replace(b, data=data[id(b)]) if id(b) in data else b for b in result.blocks]
+        return replace(result, blocks=blocks)
 
     def require_same(self, before: Mesh, after: Mesh) -> None:
         """Refuse a mesh whose cells that stay are listed the other way round than others.
@@ -105,6 +126,13 @@ class Frozen:
                     "cells that are to stay are listed the other way round than others: turn them "
                     "first, by meshopt repair --orientation"
                 )
+
+
+def _numbers(name: str, blocks: list[Block]) -> Array:
+    """An array of one number a cell over the blocks that have it; empty where it is not such."""
+    arrays = [block.data[name] for block in blocks if name in block.data]
+    one_each = arrays and all(values.ndim == 1 for values in arrays)
+    return np.concatenate(arrays) if one_each else np.zeros(0, np.int64)
 
 
 def _chosen(block: Block, mask: Array) -> Block:

@@ -96,6 +96,13 @@ def numbered(values: Array, is_new: Array, *taken: Array) -> Array:
     return values
 
 
+def raised(values: Array, above: int, by: int) -> Array:
+    """Numbers, of which those above another are so much greater."""
+    if values.dtype.kind in "iu" and int(values.max(initial=0)) + by > np.iinfo(values.dtype).max:
+        values = values.astype(np.int64)
+    return np.where(values > above, values + by, values).astype(values.dtype)
+
+
 def is_tag(name: str, arrays: list[Array]) -> bool:
     """Whether an array, given block by block, tells regions of the cells apart."""
     if _tells_nothing(name) or not all(is_whole(a) for a in arrays):

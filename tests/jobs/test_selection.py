@@ -286,3 +286,18 @@ def test_a_file_may_select(tmp_path, meshes):
     with pytest.raises(ConfigError, match="only"):
         plan_for(Request(config=config))
     optimized(path, tmp_path, preset="fast", only=(":0.5,:",), below=1.5)
+
+
+@pytest.mark.parametrize("kind", ["triangles", "tetrahedra"])
+def test_numbers_of_cells_stay_their_own(kind, meshes, tmp_path):
+    before = formats.read(meshes(kind))[0]
+    first = 1
+    for block in top_blocks(before):
+        block.data["cell_id"] = np.arange(first, first + len(block.cells))
+        first += len(block.cells)
+    path = tmp_path / "numbered.vtk"
+    formats.write(path, before, formats.FORMATS["vtk"].default)
+    _, after = optimized(path, tmp_path, preset="standard", freeze=(f"{middle(before)!r}:,:",))
+    numbers = np.concatenate([block.data["cell_id"] for block in top_blocks(after)])
+    assert len(set(numbers.tolist())) == len(numbers)
+    assert set(numbers.tolist()) != set(range(1, first))
