@@ -6,7 +6,7 @@ import contextlib
 import math
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, TextIO
 
 from .watch import Progress, Told
@@ -81,6 +81,26 @@ def tqdm_progress(file: TextIO | None = None, plain: bool = False) -> Iterator[T
         timer.join()
         if bar is not None:
             bar.close()
+
+
+@contextlib.contextmanager
+def tqdm_pieces(file: TextIO, plain: bool) -> Iterator[Callable[[str, int, int, float], None]]:
+    """One line by tqdm for a mesh in pieces: the step, how many pieces are done of how many, how
+    many a second, what is left, and the worst Q."""
+    from tqdm import tqdm
+
+    with tqdm(file=file, unit="piece", leave=False, ascii=plain or None, dynamic_ncols=True) as bar:
+
+        def told(what: str, done: int, n: int, worst: float) -> None:
+            if bar.desc != f"{what}: ":
+                bar.reset(n)
+                bar.set_description(what, refresh=False)
+                bar.initial = done - 1  # what was done before the run
+            bar.n = done
+            bar.set_postfix_str("" if math.isnan(worst) else f"worst Q {worst:.4g}", refresh=False)
+            bar.refresh()
+
+        yield told
 
 
 @contextlib.contextmanager

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ..cells import SIMPLICES, Family, dimension_of, family_of
-from ..mesh.adjacency import distinct, row_ids
+from ..mesh.adjacency import row_ids
 from ..mesh.facets import CellSet, FacetSet, facets_of, joined
 from ..mesh.model import Array, Block, Mesh, top_blocks
 from ..mesh.plane import InPlane, in_plane, precision_of

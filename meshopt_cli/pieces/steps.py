@@ -1,0 +1,233 @@
+"""The steps of a run in pieces: each reads files, writes files, and says a little of them.
+
+A step depends on nothing else, so it may run anywhere, in any order, and again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import formats, validity
+from ..errors import BadMeshError, UnsupportedMeshError, naming
+from ..formats import Encoding, Source
+from ..formats.vtk.dataset import MARKS
+from ..formats.vtk.pieces import ALIASES, DUPLICATE
+from ..jobs.admission import READABLE, not_valid
+from ..jobs.optimize_mesh import Task, accepted, optimize_mesh
+from ..jobs.quality_arrays import Q, with_quality
+from ..mesh.model import Array, Mesh, top_blocks
+from ..mesh.pieces import IDS, border_vertices, merged, part_of, with_lower_cells
+from ..mesh.second_order import is_second_order
+from ..mesh.tags import OWN, labels
+from .figures import figures_of, to_json
+from .layers import given_by, near
+from .store import Store
+
+# What a piece may look like that the whole does not: its border meets itself, or has a hole in it
+# where another piece has a cell.
+OF_PIECES = ("M206", "M211")
+WAS_SHARED = f"{OWN}shared"  # points that several pieces had before cells were given
+NEW = 1 << 40  # numbers of new points, until all are known: so many to each step
+
+
+@dataclass(frozen=True)
+class Job:
+    """What all steps know.
+
+    Attributes
+    ----------
+    sources : tuple of Path
+        The files of the pieces.
+    store : Store
+    task : Task
+        What to make of each piece.
+    """
+
+    sources: tuple[Path, ...]
+    store: Store
+    task: Task
+
+    def __len__(self) -> int:
+        return len(self.sources)
+
+
+def survey(job: Job, i: int) -> dict[str, Any]:
+    """Take a piece over: its own cells, and the numbers of its points through all pieces.
+
+    Where its file has no such numbers, the places of the points on its border are written.
+    """
+    path = job.sources[i]
+    mesh, source = formats.read(path, None, job.task.max_size)
+    mesh = own_cells(mesh)
+    with naming(path):
+        report = validity.check(mesh, READABLE)
+        if not report.is_valid:
+            raise BadMeshError(not_valid(report))
+        if is_second_order(mesh):
+            raise UnsupportedMeshError("pieces are of cells of first order")
+    ids = next((name for name in mesh.point_data if name.lower() in ALIASES), None)
+    if ids is not None:
+        values = mesh.point_data.pop(ids)
+        mesh.point_data[IDS] = values.astype(np.int64)
+    top = top_blocks(mesh)
+    job.store.put(0, f"in{i}", mesh)
+    facts = _border(job, 0, i, mesh)
+    return facts | {
+        "has_ids": ids is not None,
+        "n_points": len(mesh.points),
+        "n_cells": sum(len(block.cells) for block in top),
+        "top_id": int(mesh.point_data[IDS].max()) if ids is not None else -1,
+        "arrays": sorted({*mesh.point_data, *(n for b in mesh.blocks for n in b.data)}),
+        "labels": {n: None if v is None else v.tolist() for n, v in labels(top).items()},
+        "binary": source.encoding.binary,
+        "compressed": source.encoding.compressed,
+    }
+
+
+def own_cells(mesh: Mesh) -> Mesh:
+    """A piece without its ghosts, cells that another piece has, and without what marks them."""
+    if not any(name in MARKS for block in mesh.blocks for name in block.data):
+        return mesh
+    masks = []
+    for block in mesh.blocks:
+        marks = next((block.data[name] for name in MARKS if name in block.data), None)
+        masks.append(np.ones(len(block.cells), bool) if marks is None else marks & DUPLICATE == 0)
+    mesh = part_of(mesh, masks)
+    for block in mesh.blocks:
+        block.data = {name: a for name, a in block.data.items() if name not in MARKS}
+    mesh.point_data = {name: a for name, a in mesh.point_data.items() if name not in MARKS}
+    return mesh
+
+
+def number(job: Job, i: int, first: int) -> dict[str, Any]:
+    """Give the points of a piece numbers: those on its border as `numbers_by_place` has them, the
+    others from a first one on."""
+    mesh = job.store.get(0, f"in{i}")
+    border = border_vertices(mesh)
+    ids = np.full(len(mesh.points), -1)
+    ids[border] = job.store.array(0, f"numbers{i}")
+    inside = np.flatnonzero(ids < 0)
+    ids[inside] = np.arange(first, first + len(inside))
+    mesh.point_data[IDS] = ids
+    job.store.put(0, f"in{i}", mesh)
+    _border(job, 0, i, mesh)
+    return {"top_id": int(ids.max(initial=-1))}
+
+
+def improve(
+    job: Job,
+    turn: int,
+    i: int,
+    givers: Sequence[int],
+    regions: tuple[str, ...],
+    new: int,
+    bad: float,
+    near_shared: bool,
+) -> dict[str, Any]:
+    """Put a piece together, and optimize it; later than at first near some of its cells alone.
+
+    Parameters
+    ----------
+    givers : sequence of int
+        The pieces that gave it cells in the turn before.
+    new : int
+        The number of the first new point.
+    bad : float
+        It is worked on near cells with a greater Q.
+    near_shared : bool
+        And near points that several pieces had.
+    """
+    store = job.store
+    if turn == 0:
+        mesh = store.get(0, f"in{i}")
+    else:
+        gifts = [store.get(turn - 1, f"gift{j}to{i}") for j in givers]
+        mesh = merged([store.get(turn - 1, f"rest{i}"), *gifts])
+        store.put(turn, f"in{i}", mesh)
+    facts = _border(job, turn, i, mesh)
+    given = accepted(replace(job.task, request=replace(
+        job.task.request, allow=(*(job.task.request.allow or ()), *OF_PIECES))))  # fmt: skip
+    marked = (mesh.point_data.pop(WAS_SHARED, np.zeros(0)) != 0) & near_shared
+    stays = None
+    if turn > 0:
+        for block in top_blocks(with_quality(mesh, given.plan.measure)):
+            marked[block.cells[~(block.data[Q] <= bad)]] = True
+        masks = [~mask for mask in near(mesh, marked)]
+        stays = masks if any(mask.any() for mask in masks) else None
+    mesh = replace(mesh, regions=regions)
+    encoding = Encoding("vtu", "1.0", binary=True)
+    done = optimize_mesh(given, mesh, Source(job.sources[i], encoding, ""), stays=stays)
+    result = done.result.mesh
+    old = mesh.point_data[IDS]
+    ids = result.point_data[IDS]
+    is_new = ids > old.max()
+    n_new = int(np.count_nonzero(is_new))
+    result.point_data[IDS] = ids = ids.copy()
+    ids[is_new] = new + np.arange(n_new)
+    store.put(turn, f"out{i}", replace(result, regions=None))
+    before, after = (figures_of(s, i) for s in (done.result.before, done.result.after))
+    return facts | {"n_new": n_new, "before": to_json(before), "after": to_json(after)}
+
+
+def give(job: Job, turn: int, i: int, taken: str, owner: Array) -> dict[str, Any]:
+    """Give cells near the points that several pieces have to the pieces that own these.
+
+    Parameters
+    ----------
+    taken : str
+        Whether the piece is as it came in ("in") or out ("out") of the turn.
+    owner : (m, 2) int64
+        The shared points of the piece by their number, and the owner of each.
+
+    Returns
+    -------
+    facts : dict
+        To whom cells went.
+    """
+    mesh = job.store.get(turn, f"{taken}{i}")
+    ids = mesh.point_data[IDS]
+    place = np.minimum(np.searchsorted(owner[:, 0], ids), max(len(owner) - 1, 0))
+    of_point = np.full(len(ids), -1)
+    if len(owner):
+        of_point = np.where(owner[place, 0] == ids, owner[place, 1], -1)
+    to = [np.where(own < 0, i, own) for own in given_by(mesh, i, of_point)]
+    mesh.point_data[WAS_SHARED] = (of_point >= 0).astype(np.uint8)
+    pieces = with_lower_cells(mesh, to)
+    others = sorted({int(p) for own in to for p in np.unique(own)} - {i})
+    for j in others:
+        job.store.put(turn, f"gift{i}to{j}", part_of(mesh, [own == j for own in pieces]))
+    job.store.put(turn, f"rest{i}", part_of(mesh, [own == i for own in pieces], True))
+    return {"others": others}
+
+
+def publish(job: Job, turn: int, i: int, taken: str, numbers: Array, folder: Path, name: str,
+            encoding: Encoding) -> dict[str, Any]:  # fmt: skip
+    """Write a piece as it is in the end.
+
+    Parameters
+    ----------
+    numbers : (k, 2) int64
+        Where the new points of each step begin, and what their numbers begin with in the end.
+    """
+    mesh = job.store.get(turn, f"{taken}{i}")
+    mesh.point_data.pop(WAS_SHARED, None)
+    ids = mesh.point_data[IDS]
+    step = np.searchsorted(numbers[:, 0], ids, side="right") - 1
+    is_new = ids >= NEW
+    ids[is_new] += (numbers[step, 1] - numbers[step, 0])[is_new]
+    written = formats.write(folder / name, mesh, encoding)
+    return {"sha256": written.sha256}
+
+
+def _border(job: Job, turn: int, i: int, mesh: Mesh) -> dict[str, Any]:
+    """Write down the points on the border of a piece, by number, or by place without any."""
+    vertices = border_vertices(mesh)
+    known = mesh.point_data.get(IDS)
+    rows = np.sort(known[vertices]) if known is not None else mesh.points[vertices]
+    job.store.put_array(turn, f"border{i}", rows)
+    return {"n_border": len(vertices)}
