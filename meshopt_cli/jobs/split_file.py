@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,9 +13,12 @@ from ..errors import BadMeshError, ConfigError, naming
 from ..files.folders import replacing_folder, require_own_folder
 from ..files.places import require_writable
 from ..formats import FORMATS
+from ..formats.vtk.dataset import MARKS
 from ..formats.vtk.parallel import SUFFIX, folder_of, is_index, names_of, write_index
-from ..mesh.model import top_blocks
-from ..mesh.pieces import IDS, cut
+from ..formats.vtk.pieces import ALIASES, DUPLICATE
+from ..mesh.model import Mesh, top_blocks
+from ..mesh.pieces import IDS, cut, part_of
+from ..mesh.tags import PARTITION
 from .admission import READABLE, not_valid
 
 
@@ -75,6 +79,86 @@ def split_file(
             times[piece.point_data[IDS]] += 1
     write_index(output, names, piece)
     return Cut(output, tuple(counts), int(np.count_nonzero(times > 1)), lost)
+
+
+def gather_files(
+    inputs: Sequence[Path],
+    output: Path,
+    input_format: str | None = None,
+    max_size: int | None = None,
+) -> Cut:
+    """Make each of several files a piece, as Gmsh writes the partitions of a mesh.
+
+    A point has the number of its file, or that of the array `IDS` or its like. Ghosts, cells of
+    another partition, are left out, and points that no cell has.
+
+    Raises
+    ------
+    ConfigError
+        The output is no `.pvtu`.
+    ReadError, WriteError
+    BadMeshError
+        A file has a cell with a vertex that is not there, or other arrays than the first.
+    """
+    require_index(output)
+    encoding = FORMATS["vtu"].default
+    names, counts, lost = names_of(output, len(inputs)), [], dict[str, None]()
+    every, arrays = [], None
+    with replacing_folder(folder_of(output)) as folder:
+        for name, path in zip(names, inputs, strict=True):
+            mesh, _ = formats.read(path, input_format, max_size)
+            with naming(path):
+                report = validity.check(mesh, READABLE)
+                if not report.is_valid:
+                    raise BadMeshError(not_valid(report))
+                known = next((n for n in mesh.point_data if n.lower() in ALIASES), None)
+                ids = np.arange(len(mesh.points)) if mesh.numbers is None else mesh.numbers
+                ids = ids if known is None else mesh.point_data.pop(known)
+                mesh.point_data[IDS] = ids.astype(np.int64)
+                whole, dropped = formats.fitted(output, own_partition(mesh), encoding)
+                piece = part_of(whole, [np.ones(len(b.cells), bool) for b in whole.blocks])
+                found = {*piece.point_data, *(n for block in piece.blocks for n in block.data)}
+                if arrays is not None and found != arrays:
+                    raise BadMeshError("it has other arrays than the first piece")
+            arrays = found
+            formats.write(folder / name, piece, encoding)
+            lost |= dict.fromkeys(dropped)
+            counts.append(sum(len(block.cells) for block in top_blocks(piece)))
+            every.append(piece.point_data[IDS])
+    write_index(output, names, piece)
+    _, times = np.unique(np.concatenate(every), return_counts=True)
+    return Cut(output, tuple(counts), int(np.count_nonzero(times > 1)), tuple(lost))
+
+
+def own_partition(mesh: Mesh) -> Mesh:
+    """A file of a partition without its ghosts: most of its cells are in the same one."""
+    numbers = [block.data[PARTITION] for block in top_blocks(mesh) if PARTITION in block.data]
+    if not numbers:
+        return own_cells(mesh)
+    found, count = np.unique(np.concatenate(numbers), return_counts=True)
+    own = found[found > 0][np.argmax(count[found > 0])] if (found > 0).any() else 0
+    masks = [
+        block.data[PARTITION] == own
+        if PARTITION in block.data and any(block is one for one in top_blocks(mesh))
+        else np.ones(len(block.cells), bool)
+        for block in mesh.blocks
+    ]
+    return part_of(mesh, masks)
+
+
+def own_cells(mesh: Mesh) -> Mesh:
+    """A piece without its ghosts, cells that another piece has, and without what marks them."""
+    if not any(name in MARKS for block in mesh.blocks for name in block.data):
+        return mesh
+    masks = []
+    for block in mesh.blocks:
+        marks = next((block.data[name] for name in MARKS if name in block.data), None)
+        masks.append(np.ones(len(block.cells), bool) if marks is None else marks & DUPLICATE == 0)
+    mesh = part_of(mesh, masks)
+    for block in mesh.blocks:
+        block.data = {name: a for name, a in block.data.items() if name not in MARKS}
+    mesh.point_data = {name: a for name, a in mesh.point_data.items() if name not in MARKS}
+    return mesh
 
 
 def join_file(

@@ -15,6 +15,7 @@ from ..errors import EXIT_BAD_MESH, EXIT_DONE, MeshoptError
 from ..formats.vtk.parallel import sources_of
 from ..formats.vtk.pieces import ALIASES
 from ..jobs.check import Task, examine_mesh
+from ..jobs.split_file import own_cells
 from ..mesh.adjacency import distinct_rows, same_direction
 from ..mesh.model import Array, Mesh, top_blocks
 from ..mesh.pieces import border_facets
@@ -23,7 +24,7 @@ from ..mesh.sizes import contents, flux
 from ..reports.verdict import Finding, Verdict
 from ..validity.rules import RULES
 from .engines import Engine, Facts
-from .steps import OF_PIECES, own_cells
+from .steps import OF_PIECES
 
 # Rules that say something of a piece that need not hold for the whole: how its parts hang together.
 OF_PARTS = ("M212", "M213")

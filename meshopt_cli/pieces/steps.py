@@ -15,11 +15,11 @@ import numpy as np
 from .. import formats, validity
 from ..errors import BadMeshError, UnsupportedMeshError, naming
 from ..formats import Encoding, Source
-from ..formats.vtk.dataset import MARKS
-from ..formats.vtk.pieces import ALIASES, DUPLICATE
+from ..formats.vtk.pieces import ALIASES
 from ..jobs.admission import READABLE, not_valid
 from ..jobs.optimize_mesh import Task, accepted, optimize_mesh
 from ..jobs.quality_arrays import Q, with_quality
+from ..jobs.split_file import own_cells
 from ..mesh.model import Array, Mesh, top_blocks
 from ..mesh.pieces import IDS, border_vertices, merged, part_of, with_lower_cells
 from ..mesh.second_order import is_second_order
@@ -87,21 +87,6 @@ def survey(job: Job, i: int) -> dict[str, Any]:
         "binary": source.encoding.binary,
         "compressed": source.encoding.compressed,
     }
-
-
-def own_cells(mesh: Mesh) -> Mesh:
-    """A piece without its ghosts, cells that another piece has, and without what marks them."""
-    if not any(name in MARKS for block in mesh.blocks for name in block.data):
-        return mesh
-    masks = []
-    for block in mesh.blocks:
-        marks = next((block.data[name] for name in MARKS if name in block.data), None)
-        masks.append(np.ones(len(block.cells), bool) if marks is None else marks & DUPLICATE == 0)
-    mesh = part_of(mesh, masks)
-    for block in mesh.blocks:
-        block.data = {name: a for name, a in block.data.items() if name not in MARKS}
-    mesh.point_data = {name: a for name, a in mesh.point_data.items() if name not in MARKS}
-    return mesh
 
 
 def number(job: Job, i: int, first: int) -> dict[str, Any]:
