@@ -125,7 +125,7 @@ def optimize_pieces(task: PiecesTask, engine: Engine, told: Told = lambda *_: No
     run.improve(0)
     before, after = run.figures("before"), run.figures("after")
     for turn in range(1, MOST_TURNS):
-        if turn >= LEAST_TURNS and after.worst <= ENOUGH * run.bad:
+        if not run.has_shared or (turn >= LEAST_TURNS and after.worst <= ENOUGH * run.bad):
             break
         run.give(turn - 1)
         run.improve(turn)
@@ -238,6 +238,11 @@ class _Run:
         keys = [which if taken == "out" else "before" for taken in self.taken]
         all_of = [from_json(one[key]) for key, one in zip(keys, self.facts, strict=True)]
         return together(all_of, self.shared.n_again)
+
+    @property
+    def has_shared(self) -> bool:
+        """Whether pieces have points in common."""
+        return self.shared is not None and len(self.shared.ids) > 0
 
     def give(self, turn: int) -> None:
         """Let pieces give cells to others, so that what they share comes to lie inside of one."""

@@ -87,20 +87,26 @@ def tqdm_progress(file: TextIO | None = None, plain: bool = False) -> Iterator[T
 def tqdm_pieces(file: TextIO, plain: bool) -> Iterator[Callable[[str, int, int, float], None]]:
     """One line by tqdm for a mesh in pieces: the step, how many pieces are done of how many, how
     many a second, what is left, and the worst Q."""
-    from tqdm import tqdm
+    bar: tqdm | None = None
 
-    with tqdm(file=file, unit="piece", leave=False, ascii=plain or None, dynamic_ncols=True) as bar:
+    def told(what: str, done: int, n: int, worst: float) -> None:
+        nonlocal bar
+        if bar is None or bar.desc != f"{what}: ":
+            from tqdm import tqdm
 
-        def told(what: str, done: int, n: int, worst: float) -> None:
-            if bar.desc != f"{what}: ":
-                bar.reset(n)
-                bar.set_description(what, refresh=False)
-                bar.initial = done - 1  # what was done before the run
-            bar.n = done
-            bar.set_postfix_str("" if math.isnan(worst) else f"worst Q {worst:.4g}", refresh=False)
-            bar.refresh()
+            if bar is not None:
+                bar.close()
+            bar = tqdm(total=n, initial=done - 1, desc=what, file=file, unit="piece", leave=False,
+                       ascii=plain or None, dynamic_ncols=True)  # fmt: skip
+        bar.n = done
+        bar.set_postfix_str("" if math.isnan(worst) else f"worst Q {worst:.4g}", refresh=False)
+        bar.refresh()
 
+    try:
         yield told
+    finally:
+        if bar is not None:
+            bar.close()
 
 
 @contextlib.contextmanager
