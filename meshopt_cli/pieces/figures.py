@@ -44,11 +44,17 @@ class Figures:
         n = self.n_cells - self.n_invalid
         return self.total / n if n else math.inf
 
-    def summary(self) -> Summary:
-        """The figures as those of a mesh; no target is told, nor what needs the whole at once."""
+    def summary(self, target: float) -> Summary:
+        """The figures as those of a mesh, but for what needs the whole at once.
+
+        Parameters
+        ----------
+        target : float
+            What its boundary allows.
+        """
         return Summary(
             self.measure, self.dimension, self.family, self.n_cells, self.n_points, self.counts,
-            self.n_invalid, self.worst, self.mean, self.best, math.nan, self.angle_min,
+            self.n_invalid, self.worst, self.mean, self.best, target, self.angle_min,
             self.angle_max, self.types, self.worst_by_measure, worst_cells=self.worst_cells,
         )  # fmt: skip
 

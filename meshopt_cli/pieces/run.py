@@ -7,13 +7,14 @@ import logging
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from .. import formats
 from ..boundary.policy import Fixed
 from ..errors import ConfigError, InvariantError, ReadError
 from ..files.folders import replacing_folder
@@ -28,8 +29,9 @@ from ..version import __version__
 from . import steps
 from .engines import Engine, Facts, Step
 from .figures import Figures, from_json, together
-from .shared import Shared, shared_by
-from .steps import NEW, Job
+from .numbering import NEW, numbered_in_all
+from .shared import Shared, faces_among, shared_by
+from .steps import Job
 from .store import Store
 
 log = logging.getLogger("meshopt")
@@ -124,6 +126,8 @@ def optimize_pieces(task: PiecesTask, engine: Engine, told: Told = lambda *_: No
     surveyed = run.surveyed()
     run.improve(0)
     before, after = run.figures("before"), run.figures("after")
+    if not run.has_shared:
+        run.target = max(one["target"] for one in run.facts)
     for turn in range(1, MOST_TURNS):
         if not run.has_shared or (turn >= LEAST_TURNS and after.worst <= ENOUGH * run.bad):
             break
@@ -134,8 +138,9 @@ def optimize_pieces(task: PiecesTask, engine: Engine, told: Told = lambda *_: No
             break
     _require_no_worse(before, after)
     report = partial(
-        Report, __version__, _facts(task.input), before.summary(), after=after.summary(),
-        stopped="pieces are done", regions=Regions(run.regions, max(1, len(run.regions))),
+        Report, __version__, _facts(task.input), before.summary(run.target),
+        after=after.summary(run.target), stopped="pieces are done",
+        regions=Regions(run.job.regions, run.n_regions),
     )  # fmt: skip
     if task.fail_above is not None and after.worst > task.fail_above:
         return report(seconds={"optimize": time.perf_counter() - start})
@@ -152,14 +157,16 @@ class _Run:
 
     Attributes
     ----------
-    regions : tuple of str
-        The arrays that make regions.
     taken : list of str
         Whether each piece is as it came into the last turn ("in") or out of it ("out").
     givers : list of list of int
         The pieces that gave cells to each in the turn before.
-    n_new : list of (int, int)
-        The first number of the new points of each step so far, and how many there are.
+    firsts : list of int
+        The first number of what is new of each step so far.
+    n_new : list of dict of str to int
+        How many new ones of each array that numbers something there are of them.
+    target : float
+        What the boundary allows, as far as it was looked at.
     bad : float
         The worst Q of the best piece: where others are worse, there is work to do.
     """
@@ -167,12 +174,12 @@ class _Run:
     job: Job
     engine: Engine
     told: Told
-    regions: tuple[str, ...] = ()
-    n_old: int = 0
     turn: int = 0
     taken: list[str] = field(default_factory=list)
     givers: list[list[int]] = field(default_factory=list)
-    n_new: list[tuple[int, int]] = field(default_factory=list)
+    firsts: list[int] = field(default_factory=list)
+    n_new: list[dict[str, int]] = field(default_factory=list)
+    target: float = math.nan
     facts: list[Facts] = field(default_factory=list)
     shared: Shared | None = None
     worst: float = math.nan
@@ -188,12 +195,13 @@ class _Run:
                 raise ReadError(f"{path}: this piece {what}")
         if not all(one["has_ids"] for one in found):
             found = [one | more for one, more in zip(found, self._number(found), strict=True)]
-        self.n_old = 1 + max(one["top_id"] for one in found)
         tables = [
             {n: None if v is None else np.array(v) for n, v in one["labels"].items()}
             for one in found
         ]
-        self.regions = job.task.regions or tags_among(tables, sum(one["n_cells"] for one in found))
+        regions = job.task.regions or tags_among(tables, sum(one["n_cells"] for one in found))
+        numbered = numbered_in_all([one["numbered"] for one in found])
+        self.job = replace(job, regions=regions, numbered=tuple(numbered))
         self.givers = [[] for _ in found]
         return found
 
@@ -218,8 +226,7 @@ class _Run:
         self.turn = turn
         first = [NEW * (1 + turn * n + i) for i in range(n)]
         calls = [
-            (job, turn, i, self.givers[i], self.regions, first[i], self.bad, turn < LEAST_TURNS)
-            for i in range(n)
+            (job, turn, i, self.givers[i], first[i], self.bad, turn < LEAST_TURNS) for i in range(n)
         ]
         self.facts = self._all(turn, "improve", steps.improve, calls)
         outs = [from_json(one["after"]) for one in self.facts]
@@ -228,8 +235,11 @@ class _Run:
             "out" if _pays(from_json(one["before"]), out, worst) else "in"
             for one, out in zip(self.facts, outs, strict=True)
         ]
-        for i, one in enumerate(self.facts):
-            self.n_new.append((first[i], one["n_new"] if self.taken[i] == "out" else 0))
+        self.firsts += first
+        self.n_new += [
+            {key: n if taken == "out" else 0 for key, n in one["n_new"].items()}
+            for one, taken in zip(self.facts, self.taken, strict=True)
+        ]
         self.shared = shared_by([job.store.array(turn, f"border{i}") for i in range(n)])
 
     def figures(self, which: str) -> Figures:
@@ -238,6 +248,11 @@ class _Run:
         keys = [which if taken == "out" else "before" for taken in self.taken]
         all_of = [from_json(one[key]) for key, one in zip(keys, self.facts, strict=True)]
         return together(all_of, self.shared.n_again)
+
+    @property
+    def n_regions(self) -> int:
+        """How many regions the whole has."""
+        return len({tuple(row) for one in self.facts for row in one["regions"]})
 
     @property
     def has_shared(self) -> bool:
@@ -252,7 +267,9 @@ class _Run:
             ids = np.intersect1d(self._border(i), self.shared.ids)
             owner = np.stack([ids, self.shared.owners(ids, turn)], axis=1)
             calls.append((self.job, turn, i, taken, owner))
+        self._match_faces()
         found = self._all(turn, "give", steps.give, calls)
+        self.target = np.fmax(self.target, max(one["target"] for one in found)).item()
         self.givers = [[] for _ in found]
         for i, one in enumerate(found):
             for j in one["others"]:
@@ -260,27 +277,32 @@ class _Run:
         if turn:
             self.job.store.drop(turn - 1)
 
+    def _match_faces(self) -> None:
+        """Find out which faces several pieces have; the others are the boundary of the whole."""
+        store, pieces = self.job.store, range(len(self.job))
+        faces = [store.array(self.turn, f"faces{i}") for i in pieces]
+        for i, among in enumerate(faces_among(faces)):
+            store.put_array(self.turn, f"among{i}", among)
+
     def _border(self, i: int) -> Array:
         return self.job.store.array(self.turn, f"border{i}")
 
     def publish(self, output: Path, surveyed: list[Facts]) -> None:
         """Write all pieces to their place, and the index."""
         names = names_of(output, len(self.job))
-        counts = np.array([n for _, n in self.n_new])
-        starts = self.n_old + np.concatenate([[0], np.cumsum(counts)[:-1]])
-        numbers = np.stack([[one for one, _ in self.n_new], starts], axis=1)
+        firsts = np.array(self.firsts)
+        counts = {one.key: np.array([n[one.key] for n in self.n_new]) for one in self.job.numbered}
         one = surveyed[0]
         encoding = Encoding("vtu", FORMATS["vtu"].default.version, one["binary"], one["compressed"])
         folder = folder_of(output)
         with replacing_folder(folder) as place:
             calls = [
-                (self.job, self.turn, i, taken, numbers, place, names[i], encoding)
+                (self.job, self.turn, i, taken, firsts, counts, place / names[i], encoding)
                 for i, taken in enumerate(self.taken)
             ]
             for _ in self._done("writing", steps.publish, calls):
                 pass
-            like = self.job.store.get(self.turn, f"{self.taken[0]}0")
-            like.point_data.pop(steps.WAS_SHARED, None)
+            like = formats.read(place / names[0])[0]
         write_index(output, names, like)
 
     def _all(

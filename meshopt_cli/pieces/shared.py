@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..mesh.adjacency import distinct_rows
 from ..mesh.model import Array
 
 
@@ -60,3 +61,17 @@ def shared_by(borders: list[Array]) -> Shared:
         ids[start][several], piece[start][several], piece[last][several],
         int((count - 1)[several].sum()),
     )  # fmt: skip
+
+
+def faces_among(pieces: list[Array]) -> list[Array]:
+    """The faces of each piece that another one has, (n, 3) int64.
+
+    Parameters
+    ----------
+    pieces : list of (m, 3) int64
+        The faces on the border of each, by the numbers of their points, in order.
+    """
+    _, number, count = distinct_rows(np.concatenate(pieces))
+    ends = np.cumsum([len(one) for one in pieces])[:-1]
+    several = np.split(count[number] > 1, ends)
+    return [faces[mask] for faces, mask in zip(pieces, several, strict=True)]

@@ -5,6 +5,7 @@ A step depends on nothing else, so it may run anywhere, in any order, and again.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from .. import formats, validity
+from ..cells import SIMPLICES
 from ..errors import BadMeshError, UnsupportedMeshError, naming
 from ..formats import Encoding, Source
 from ..formats.vtk.pieces import ALIASES
@@ -20,19 +22,29 @@ from ..jobs.admission import READABLE, not_valid
 from ..jobs.optimize_mesh import Task, accepted, optimize_mesh
 from ..jobs.quality_arrays import Q, with_quality
 from ..jobs.split_file import own_cells
+from ..mesh.adjacency import distinct_rows, places_in
+from ..mesh.cast import cast
 from ..mesh.model import Array, Mesh, top_blocks
-from ..mesh.pieces import IDS, border_vertices, merged, part_of, with_lower_cells
+from ..mesh.pieces import (
+    IDS,
+    border_facets,
+    border_vertices,
+    merged,
+    part_of,
+    with_lower_cells,
+)
 from ..mesh.second_order import is_second_order
-from ..mesh.tags import OWN, labels
+from ..mesh.tags import OWN, labels, tags_of
+from ..quality.target import target
 from .figures import figures_of, to_json
 from .layers import given_by, near
+from .numbering import Numbered, count_new, numbered_in, settled
 from .store import Store
 
 # What a piece may look like that the whole does not: its border meets itself, or has a hole in it
 # where another piece has a cell.
 OF_PIECES = ("M206", "M211")
 WAS_SHARED = f"{OWN}shared"  # points that several pieces had before cells were given
-NEW = 1 << 40  # numbers of new points, until all are known: so many to each step
 
 
 @dataclass(frozen=True)
@@ -46,11 +58,17 @@ class Job:
     store : Store
     task : Task
         What to make of each piece.
+    regions : tuple of str
+        The arrays that make regions.
+    numbered : tuple of Numbered
+        The arrays that number points or cells.
     """
 
     sources: tuple[Path, ...]
     store: Store
     task: Task
+    regions: tuple[str, ...] = ()
+    numbered: tuple[Numbered, ...] = ()
 
     def __len__(self) -> int:
         return len(self.sources)
@@ -81,7 +99,7 @@ def survey(job: Job, i: int) -> dict[str, Any]:
         "has_ids": ids is not None,
         "n_points": len(mesh.points),
         "n_cells": sum(len(block.cells) for block in top),
-        "top_id": int(mesh.point_data[IDS].max()) if ids is not None else -1,
+        "numbered": numbered_in(mesh),
         "arrays": sorted({*mesh.point_data, *(n for b in mesh.blocks for n in b.data)}),
         "labels": {n: None if v is None else v.tolist() for n, v in labels(top).items()},
         "binary": source.encoding.binary,
@@ -101,7 +119,7 @@ def number(job: Job, i: int, first: int) -> dict[str, Any]:
     mesh.point_data[IDS] = ids
     job.store.put(0, f"in{i}", mesh)
     _border(job, 0, i, mesh)
-    return {"top_id": int(ids.max(initial=-1))}
+    return {"numbered": numbered_in(mesh)}
 
 
 def improve(
@@ -109,8 +127,7 @@ def improve(
     turn: int,
     i: int,
     givers: Sequence[int],
-    regions: tuple[str, ...],
-    new: int,
+    first: int,
     bad: float,
     near_shared: bool,
 ) -> dict[str, Any]:
@@ -120,8 +137,8 @@ def improve(
     ----------
     givers : sequence of int
         The pieces that gave it cells in the turn before.
-    new : int
-        The number of the first new point.
+    first : int
+        The first number of what is new.
     bad : float
         It is worked on near cells with a greater Q.
     near_shared : bool
@@ -144,19 +161,30 @@ def improve(
             marked[block.cells[~(block.data[Q] <= bad)]] = True
         masks = [~mask for mask in near(mesh, marked)]
         stays = masks if any(mask.any() for mask in masks) else None
-    mesh = replace(mesh, regions=regions)
+    mesh = replace(mesh, regions=job.regions)
     encoding = Encoding("vtu", "1.0", binary=True)
     done = optimize_mesh(given, mesh, Source(job.sources[i], encoding, ""), stays=stays)
     result = done.result.mesh
-    old = mesh.point_data[IDS]
-    ids = result.point_data[IDS]
-    is_new = ids > old.max()
-    n_new = int(np.count_nonzero(is_new))
-    result.point_data[IDS] = ids = ids.copy()
-    ids[is_new] = new + np.arange(n_new)
+    n_new = count_new(mesh, result, job.numbered, first)
     store.put(turn, f"out{i}", replace(result, regions=None))
     before, after = (figures_of(s, i) for s in (done.result.before, done.result.after))
-    return facts | {"n_new": n_new, "before": to_json(before), "after": to_json(after)}
+    return facts | {
+        "n_new": n_new,
+        "before": to_json(before),
+        "after": to_json(after),
+        "target": done.result.before.target,
+        "regions": _regions(mesh),
+    }
+
+
+def _regions(mesh: Mesh) -> list[list[float]]:
+    """The regions that a piece has cells of, each by the values of the arrays that make it."""
+    tags = tags_of(top_blocks(mesh), mesh.regions)
+    if not tags:
+        return [[]]
+    values = np.stack([tag.reshape(len(tag), -1)[:, 0] for tag in tags.values()], axis=1)
+    rows: list[list[float]] = distinct_rows(values)[0].tolist()
+    return rows
 
 
 def give(job: Job, turn: int, i: int, taken: str, owner: Array) -> dict[str, Any]:
@@ -172,9 +200,10 @@ def give(job: Job, turn: int, i: int, taken: str, owner: Array) -> dict[str, Any
     Returns
     -------
     facts : dict
-        To whom cells went.
+        To whom cells went, and what the boundary of the whole allows where the piece has it.
     """
     mesh = job.store.get(turn, f"{taken}{i}")
+    allowed = _target(job, turn, i, mesh)
     ids = mesh.point_data[IDS]
     place = np.minimum(np.searchsorted(owner[:, 0], ids), max(len(owner) - 1, 0))
     of_point = np.full(len(ids), -1)
@@ -187,32 +216,57 @@ def give(job: Job, turn: int, i: int, taken: str, owner: Array) -> dict[str, Any
     for j in others:
         job.store.put(turn, f"gift{i}to{j}", part_of(mesh, [own == j for own in pieces]))
     job.store.put(turn, f"rest{i}", part_of(mesh, [own == i for own in pieces], True))
-    return {"others": others}
+    return {"others": others, "target": allowed}
 
 
-def publish(job: Job, turn: int, i: int, taken: str, numbers: Array, folder: Path, name: str,
-            encoding: Encoding) -> dict[str, Any]:  # fmt: skip
+def _target(job: Job, turn: int, i: int, mesh: Mesh) -> float:
+    """The row `target` of Table 18.3, of the facets of a piece that are the boundary of the whole,
+    or lie between regions; not a number for other cells than tetrahedra and triangles."""
+    measure = accepted(job.task).plan.measure
+    if any(block.type not in SIMPLICES for block in top_blocks(mesh)):
+        return math.nan
+    part = cast(replace(mesh, regions=job.regions))
+    if part.dimension == 2:
+        return target(part, measure)
+    ids = mesh.point_data[IDS]
+    order = np.argsort(ids)
+    among = order[np.searchsorted(ids, job.store.array(turn, f"among{i}"), sorter=order)]
+    inside = places_in(among, part.skin, len(ids)) >= 0
+    return target(part, measure, faces=part.skin[~inside])
+
+
+def publish(
+    job: Job,
+    turn: int,
+    i: int,
+    taken: str,
+    firsts: Array,
+    counts: dict[str, Array],
+    path: Path,
+    encoding: Encoding,
+) -> dict[str, Any]:
     """Write a piece as it is in the end.
 
     Parameters
     ----------
-    numbers : (k, 2) int64
-        Where the new points of each step begin, and what their numbers begin with in the end.
+    firsts, counts
+        See `numbering.settled`.
     """
     mesh = job.store.get(turn, f"{taken}{i}")
     mesh.point_data.pop(WAS_SHARED, None)
-    ids = mesh.point_data[IDS]
-    step = np.searchsorted(numbers[:, 0], ids, side="right") - 1
-    is_new = ids >= NEW
-    ids[is_new] += (numbers[step, 1] - numbers[step, 0])[is_new]
-    written = formats.write(folder / name, mesh, encoding)
-    return {"sha256": written.sha256}
+    settled(mesh, job.numbered, firsts, counts)
+    formats.write(path, mesh, encoding)
+    return {}
 
 
 def _border(job: Job, turn: int, i: int, mesh: Mesh) -> dict[str, Any]:
-    """Write down the points on the border of a piece, by number, or by place without any."""
+    """Write down the points on the border of a piece, by number, or by place without any, and the
+    triangles there."""
     vertices = border_vertices(mesh)
     known = mesh.point_data.get(IDS)
+    if known is not None:
+        faces = border_facets(mesh).get(3, np.empty((0, 3), np.int64))
+        job.store.put_array(turn, f"faces{i}", np.sort(known[faces], axis=1))
     rows = np.sort(known[vertices]) if known is not None else mesh.points[vertices]
     job.store.put_array(turn, f"border{i}", rows)
     return {"n_border": len(vertices)}

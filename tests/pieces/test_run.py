@@ -14,13 +14,14 @@ from meshopt_cli.formats.vtk.parallel import folder_of, sources_of
 from meshopt_cli.jobs.optimize_file import FileTask, optimize_file
 from meshopt_cli.jobs.optimize_mesh import Task
 from meshopt_cli.mesh.pieces import IDS, border_facets
-from meshopt_cli.pieces import steps
 from meshopt_cli.pieces.engines import Here, local
 from meshopt_cli.pieces.run import PiecesTask, optimize_pieces
 from meshopt_cli.plans.config import Request
 from meshopt_cli.validity import check
 from support.broken import BROKEN
+from support.edits import shaken
 from support.files import contents, write
+from support.meshes import tet_grid
 
 
 def task(index, output, preset="standard", **options):
@@ -90,6 +91,47 @@ def test_pieces_fit_bit_for_bit_and_have_numbers_of_their_own(whole, pieces_of, 
             assert places.setdefault(number, place.tobytes()) == place.tobytes()
     assert max(places) < 2 * len(places) + 1000
     assert sorted(set(places.values())) == sorted(places.values())
+
+
+def test_data_go_along(pieces_of, tmp_path, read):
+    """Fields that are linear stay so, and numbers of cells and points stay their own."""
+    mesh = shaken(tet_grid(8), 0.25, 3)
+    n, cells = len(mesh.points), mesh.blocks[0].cells
+    mesh.point_data = {
+        "t": mesh.points @ [1.0, -2.0, 3.0],
+        "node_id": np.arange(7, n + 7, dtype="i4"),
+    }
+    mesh.blocks[0].data = {"cell_id": np.arange(1, len(cells) + 1), "w": np.full(len(cells), 2.5)}
+    index = pieces_of(write(tmp_path / "data.vtu", mesh), 4)
+    report, output = optimized(index, tmp_path)
+    after = formats.read(output)[0]
+    np.testing.assert_allclose(after.point_data["t"], after.points @ [1.0, -2.0, 3.0], atol=1e-9)
+    assert after.point_data["node_id"].dtype == np.int32
+    (block,) = after.blocks
+    assert set(block.data) == {"cell_id", "w"}
+    assert (block.data["w"] == 2.5).all()
+    for numbers in (block.data["cell_id"], after.point_data["node_id"], after.point_data[IDS]):
+        assert len(set(numbers.tolist())) == len(numbers)
+        assert numbers.max() < 10 * len(numbers)
+    before = dict(zip(mesh.point_data["node_id"].tolist(), range(n), strict=True))
+    kept = [number for number in after.point_data["node_id"].tolist() if number in before]
+    assert len(kept) > n // 2
+    assert report.after.n_cells == len(block.cells)
+
+
+def test_the_report_tells_what_the_boundary_allows_and_the_regions(whole, pieces_of, tmp_path):
+    report, _ = optimized(pieces_of(whole, 5), tmp_path, preset="fast")
+    alone = optimize_file(
+        FileTask(whole, tmp_path / "alone.vtu", Task(Request(preset="fast")))
+    ).report
+    assert report.before.target == alone.before.target
+    assert report.after.target == alone.after.target
+    assert report.regions == alone.regions
+    assert report.before.counts == alone.before.counts
+    assert report.before.types == alone.before.types
+    worst = [(cell.quality, cell.where) for cell in report.before.worst_cells]
+    assert worst == [(cell.quality, cell.where) for cell in alone.before.worst_cells]
+    assert all(cell.cell.startswith("piece ") for cell in report.after.worst_cells)
 
 
 def test_nobody_changes_a_byte(whole, pieces_of, tmp_path):
@@ -225,4 +267,3 @@ def test_a_piece_may_pay_only_where_it_would_be_the_worst(whole, pieces_of, tmp_
     report, _ = optimized(pieces_of(whole, 6), tmp_path, preset="best")
     assert report.after.worst <= report.before.worst
     assert report.after.mean <= report.before.mean
-    assert steps.NEW > 2**32
