@@ -16,7 +16,7 @@ import numpy as np
 
 from .. import formats
 from ..boundary.policy import Fixed
-from ..errors import ConfigError, InvariantError, ReadError
+from ..errors import ConfigError, InvariantError, ReadError, UnsupportedMeshError
 from ..files.folders import replacing_folder
 from ..formats import FORMATS, Encoding
 from ..formats.vtk.parallel import folder_of, is_index, names_of, sources_of, write_index
@@ -193,6 +193,12 @@ class _Run:
             if one["arrays"] != found[0]["arrays"] or one["n_cells"] == 0:
                 what = "has no cells" if one["n_cells"] == 0 else "has other arrays than the first"
                 raise ReadError(f"{path}: this piece {what}")
+        types = sorted({name for one in found for name in one["types"]})
+        if len(types) > 1:
+            raise UnsupportedMeshError(
+                f"{job.sources[0].parent}: the pieces have cells of several types, "
+                f"{' and '.join(types)}: meshopt join makes one mesh of them"
+            )
         if not all(one["has_ids"] for one in found):
             found = [one | more for one, more in zip(found, self._number(found), strict=True)]
         tables = [

@@ -99,6 +99,7 @@ def survey(job: Job, i: int) -> dict[str, Any]:
         "has_ids": ids is not None,
         "n_points": len(mesh.points),
         "n_cells": sum(len(block.cells) for block in top),
+        "types": sorted({block.type for block in top}),
         "numbered": numbered_in(mesh),
         "arrays": sorted({*mesh.point_data, *(n for b in mesh.blocks for n in b.data)}),
         "labels": {n: None if v is None else v.tolist() for n, v in labels(top).items()},

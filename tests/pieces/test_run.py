@@ -9,10 +9,11 @@ import pytest
 
 from meshopt_cli import formats
 from meshopt_cli.boundary.policy import Slide
-from meshopt_cli.errors import BadMeshError, ConfigError, ReadError
+from meshopt_cli.errors import BadMeshError, ConfigError, ReadError, UnsupportedMeshError
 from meshopt_cli.formats.vtk.parallel import folder_of, sources_of
 from meshopt_cli.jobs.optimize_file import FileTask, optimize_file
 from meshopt_cli.jobs.optimize_mesh import Task
+from meshopt_cli.mesh.model import Block, Mesh
 from meshopt_cli.mesh.pieces import IDS, border_facets
 from meshopt_cli.pieces.engines import Here, local
 from meshopt_cli.pieces.run import PiecesTask, optimize_pieces
@@ -21,7 +22,7 @@ from meshopt_cli.validity import check
 from support.broken import BROKEN
 from support.edits import shaken
 from support.files import contents, write
-from support.meshes import tet_grid
+from support.meshes import hex_grid, in_space, mesh, quad_grid, tet_grid
 
 
 def task(index, output, preset="standard", **options):
@@ -72,11 +73,9 @@ def test_the_boundary_and_the_regions_stay(whole, pieces_of, tmp_path):
     assert facets_by_place(before) == facets_by_place(after)
     for tag in (0, 1):
         sides = []
-        for mesh in (before, after):
-            blocks = [b.cells[b.data["gmsh:physical"] == tag] for b in mesh.blocks]
-            only = formats.Mesh(
-                mesh.points, [type(mesh.blocks[0])("tetra", np.concatenate(blocks))]
-            )
+        for one in (before, after):
+            blocks = [b.cells[b.data["gmsh:physical"] == tag] for b in one.blocks]
+            only = Mesh(one.points, [Block("tetra", np.concatenate(blocks))])
             sides.append(facets_by_place(only))
         assert sides[0] == sides[1]
 
@@ -95,14 +94,14 @@ def test_pieces_fit_bit_for_bit_and_have_numbers_of_their_own(whole, pieces_of, 
 
 def test_data_go_along(pieces_of, tmp_path, read):
     """Fields that are linear stay so, and numbers of cells and points stay their own."""
-    mesh = shaken(tet_grid(8), 0.25, 3)
-    n, cells = len(mesh.points), mesh.blocks[0].cells
-    mesh.point_data = {
-        "t": mesh.points @ [1.0, -2.0, 3.0],
+    of = shaken(tet_grid(8), 0.25, 3)
+    n, cells = len(of.points), of.blocks[0].cells
+    of.point_data = {
+        "t": of.points @ [1.0, -2.0, 3.0],
         "node_id": np.arange(7, n + 7, dtype="i4"),
     }
-    mesh.blocks[0].data = {"cell_id": np.arange(1, len(cells) + 1), "w": np.full(len(cells), 2.5)}
-    index = pieces_of(write(tmp_path / "data.vtu", mesh), 4)
+    of.blocks[0].data = {"cell_id": np.arange(1, len(cells) + 1), "w": np.full(len(cells), 2.5)}
+    index = pieces_of(write(tmp_path / "data.vtu", of), 4)
     report, output = optimized(index, tmp_path)
     after = formats.read(output)[0]
     np.testing.assert_allclose(after.point_data["t"], after.points @ [1.0, -2.0, 3.0], atol=1e-9)
@@ -113,7 +112,7 @@ def test_data_go_along(pieces_of, tmp_path, read):
     for numbers in (block.data["cell_id"], after.point_data["node_id"], after.point_data[IDS]):
         assert len(set(numbers.tolist())) == len(numbers)
         assert numbers.max() < 10 * len(numbers)
-    before = dict(zip(mesh.point_data["node_id"].tolist(), range(n), strict=True))
+    before = dict(zip(of.point_data["node_id"].tolist(), range(n), strict=True))
     kept = [number for number in after.point_data["node_id"].tolist() if number in before]
     assert len(kept) > n // 2
     assert report.after.n_cells == len(block.cells)
@@ -244,7 +243,7 @@ def test_what_needs_the_whole_is_refused(whole, pieces_of, tmp_path):
 def test_what_is_wrong_with_a_piece_is_told(whole, pieces_of, tmp_path, read):
     index = pieces_of(whole, 3)
     path, piece = sources_of(index)[1], read(index)[1]
-    other = formats.Mesh(piece.points, piece.blocks, piece.point_data | {"t": piece.points[:, 0]})
+    other = Mesh(piece.points, piece.blocks, piece.point_data | {"t": piece.points[:, 0]})
     write(path, other)
     with pytest.raises(ReadError, match=path.name):
         optimized(index, tmp_path)
@@ -260,6 +259,26 @@ def test_what_is_wrong_with_a_piece_is_told(whole, pieces_of, tmp_path, read):
     with pytest.raises(ReadError, match=path.name):
         optimized(index, tmp_path)
     assert not (tmp_path / "out.pvtu").exists()
+
+
+def test_cells_of_several_types_are_refused(pieces_of, tmp_path):
+    flat = quad_grid(6)
+    cells = flat.blocks[0].cells
+    mixed = in_space(mesh(flat.points, quad=cells[:18], triangle=cells[18:, :3]))
+    mixed.blocks[1].cells = np.concatenate([cells[18:, :3], cells[18:][:, [0, 2, 3]]])
+    index = pieces_of(write(tmp_path / "mixed.vtu", mixed), 3)
+    with pytest.raises(UnsupportedMeshError, match="quad and triangle"):
+        optimized(index, tmp_path)
+
+
+@pytest.mark.parametrize("grid", [hex_grid(6), quad_grid(14)], ids=["hexahedra", "quads"])
+def test_other_cells_go_in_pieces_too(grid, pieces_of, tmp_path):
+    of = shaken(grid, 0.25, 1)
+    path = write(tmp_path / "cells.vtu", of if of.points.shape[1] == 3 else in_space(of))
+    report, output = optimized(pieces_of(path, 3), tmp_path)
+    assert report.after.worst < report.before.worst
+    assert report.after.mean < report.before.mean
+    assert check(formats.read(output)[0]).is_valid
 
 
 def test_a_piece_may_pay_only_where_it_would_be_the_worst(whole, pieces_of, tmp_path):
