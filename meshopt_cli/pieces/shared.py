@@ -9,6 +9,8 @@ import numpy as np
 from ..mesh.adjacency import distinct_rows
 from ..mesh.model import Array
 
+MIXER = np.uint64(0x9E3779B97F4A7C15)  # 2^64 by the golden ratio: what follows goes far apart
+
 
 @dataclass(frozen=True)
 class Shared:
@@ -18,27 +20,51 @@ class Shared:
     ----------
     ids : (n,) int64
         Their numbers through all pieces, ascending.
-    least, most : (n,) int64
-        The first and the last of the pieces that have each.
-    n_again : int
-        How often such a point is there once more.
+    start : (n,) int64
+        Where the pieces that have each begin in `pieces`.
+    pieces : (m,) int64
+        All of them, ascending for each point.
     """
 
     ids: Array
-    least: Array
-    most: Array
-    n_again: int
+    start: Array
+    pieces: Array
+
+    @property
+    def n_again(self) -> int:
+        """How often such points are there once more."""
+        return len(self.pieces) - len(self.ids)
+
+    def among(self, ids: Array) -> Shared:
+        """Those of some points."""
+        chosen = np.isin(self.ids, ids)
+        count = np.diff(self.start, append=len(self.pieces))
+        start = np.cumsum(count[chosen]) - count[chosen]
+        return Shared(self.ids[chosen], start, self.pieces[np.repeat(chosen, count)])
 
     def owners(self, ids: Array, turn: int) -> Array:
         """The piece that gets what lies around points, (n,), -1 where they are one piece's alone.
 
-        In turn it is the first and the last of those that have them.
+        It is the first of those that have them in an order of the pieces that is another in each
+        turn: upwards, downwards, and then mixed.
         """
-        place = np.minimum(np.searchsorted(self.ids, ids), max(len(self.ids) - 1, 0))
         if not len(self.ids):
             return np.full(len(ids), -1)
-        owner = (self.least if turn % 2 == 0 else self.most)[place]
-        return np.where(self.ids[place] == ids, owner, -1)
+        n = int(self.pieces.max()) + 1
+        order = _order(n, turn)
+        rank = np.empty(n, dtype=np.int64)
+        rank[order] = np.arange(n)
+        owner = order[np.minimum.reduceat(rank[self.pieces], self.start)]
+        place = np.minimum(np.searchsorted(self.ids, ids), len(self.ids) - 1)
+        return np.where(self.ids[place] == ids, owner[place], -1)
+
+
+def _order(n: int, turn: int) -> Array:
+    pieces = np.arange(n)
+    if turn < 2:
+        return pieces if turn == 0 else pieces[::-1]
+    mixed = (pieces + n * turn).astype(np.uint64) * MIXER
+    return np.argsort(mixed, kind="stable")
 
 
 def shared_by(borders: list[Array]) -> Shared:
@@ -56,11 +82,9 @@ def shared_by(borders: list[Array]) -> Shared:
     start = np.flatnonzero(np.concatenate([[True], ids[1:] != ids[:-1]])[: len(ids)])
     count = np.diff(start, append=len(ids))
     several = count > 1
-    last = start + count - 1
-    return Shared(
-        ids[start][several], piece[start][several], piece[last][several],
-        int((count - 1)[several].sum()),
-    )  # fmt: skip
+    kept = np.repeat(several, count)
+    begins = np.cumsum(count[several]) - count[several]
+    return Shared(ids[start][several], begins, piece[kept])
 
 
 def faces_among(pieces: list[Array]) -> list[Array]:

@@ -188,7 +188,9 @@ def _regions(mesh: Mesh) -> list[list[float]]:
     return rows
 
 
-def give(job: Job, turn: int, i: int, taken: str, owner: Array) -> dict[str, Any]:
+def give(
+    job: Job, turn: int, i: int, taken: str, owner: Array, near_shared: bool
+) -> dict[str, Any]:
     """Give cells near the points that several pieces have to the pieces that own these.
 
     Parameters
@@ -196,28 +198,54 @@ def give(job: Job, turn: int, i: int, taken: str, owner: Array) -> dict[str, Any
     taken : str
         Whether the piece is as it came in ("in") or out ("out") of the turn.
     owner : (m, 2) int64
-        The shared points of the piece by their number, and the owner of each.
+        Shared points of the piece by their number, and the owner of each.
+    near_shared : bool
+        Whether to look at what the boundary of the whole allows.
 
     Returns
     -------
     facts : dict
-        To whom cells went, and what the boundary of the whole allows where the piece has it.
+        To whom cells went, what the boundary of the whole allows where the piece has it, and the
+        worst Q of its cells that are not near shared points.
     """
     mesh = job.store.get(turn, f"{taken}{i}")
-    allowed = _target(job, turn, i, mesh)
+    facts: dict[str, Any] = {"target": _target(job, turn, i, mesh) if near_shared else math.nan}
     ids = mesh.point_data[IDS]
     place = np.minimum(np.searchsorted(owner[:, 0], ids), max(len(owner) - 1, 0))
     of_point = np.full(len(ids), -1)
     if len(owner):
         of_point = np.where(owner[place, 0] == ids, owner[place, 1], -1)
     to = [np.where(own < 0, i, own) for own in given_by(mesh, i, of_point)]
+    facts["apart"] = _worst(job, mesh, [~mask for mask in near(mesh, of_point >= 0)])
     mesh.point_data[WAS_SHARED] = (of_point >= 0).astype(np.uint8)
     pieces = with_lower_cells(mesh, to)
     others = sorted({int(p) for own in to for p in np.unique(own)} - {i})
     for j in others:
         job.store.put(turn, f"gift{i}to{j}", part_of(mesh, [own == j for own in pieces]))
     job.store.put(turn, f"rest{i}", part_of(mesh, [own == i for own in pieces], True))
-    return {"others": others, "target": allowed}
+    return facts | {"others": others}
+
+
+def near_bad(job: Job, turn: int, i: int, taken: str, limit: float) -> dict[str, Any]:
+    """Write down the points on the border of a piece that are near cells worse than a Q."""
+    mesh = job.store.get(turn, f"{taken}{i}")
+    bad = np.zeros(len(mesh.points), dtype=bool)
+    for block in top_blocks(with_quality(mesh, accepted(job.task).plan.measure)):
+        bad[block.cells[~(block.data[Q] <= limit)]] = True
+    reached = np.zeros(len(mesh.points), dtype=bool)
+    for block, mask in zip(top_blocks(mesh), near(mesh, bad), strict=True):
+        reached[block.cells[mask]] = True
+    job.store.put_array(turn, f"bad{i}", np.sort(mesh.point_data[IDS][reached]))
+    return {}
+
+
+def _worst(job: Job, mesh: Mesh, chosen: list[Array]) -> float:
+    """The worst Q of some cells of a mesh, 1 where there are none."""
+    judged = top_blocks(with_quality(mesh, accepted(job.task).plan.measure))
+    return max(
+        float(block.data[Q][mask].max(initial=1.0))
+        for block, mask in zip(judged, chosen, strict=True)
+    )
 
 
 def _target(job: Job, turn: int, i: int, mesh: Mesh) -> float:

@@ -84,6 +84,18 @@ class Store:
         values: Array = np.load(self.place(turn, f"{name}.npy"))
         return values
 
+    def keep(self, turn: int, name: str, later: int, new_name: str) -> None:
+        """Have a file in a later turn as well, under another name, unless it is dropped already."""
+        if not self.place(turn, name).exists():
+            return
+        new = self.place(later, new_name)
+        new.parent.mkdir(exist_ok=True)
+        new.unlink(missing_ok=True)
+        try:
+            os.link(self.place(turn, name), new)
+        except OSError:  # not on all systems of files
+            shutil.copyfile(self.place(turn, name), new)
+
     def remove(self) -> None:
         """Nothing of it is needed any more."""
         shutil.rmtree(self.folder, ignore_errors=True)

@@ -7,7 +7,7 @@ import pytest
 
 from meshopt_cli.mesh.adjacency import edges
 from meshopt_cli.pieces.layers import GIVEN, given_by, near, taken_by
-from meshopt_cli.pieces.shared import shared_by
+from meshopt_cli.pieces.shared import faces_among, shared_by
 from support.meshes import tet_grid, tri_grid
 
 GRIDS = {"tets": tet_grid(6), "triangles": tri_grid(12)}
@@ -66,4 +66,23 @@ def test_shared_points_are_those_of_several_borders():
     asked = np.array([9, 1, 4, 100, 5])
     assert shared.owners(asked, 0).tolist() == [0, -1, 0, -1, -1]
     assert shared.owners(asked, 1).tolist() == [2, -1, 2, -1, -1]
+    for turn in range(2, 9):
+        owners = shared.owners(asked, turn)
+        assert owners[0] in (0, 2)
+        assert owners[2] in (0, 1, 2)
+        assert (owners[[1, 3, 4]] == -1).all()
+    few = shared.among(np.array([9, 77]))
+    assert few.ids.tolist() == [9]
+    assert few.owners(asked, 1).tolist() == [2, -1, -1, -1, -1]
     assert shared_by(borders[:1]).owners(asked, 0).tolist() == [-1] * 5
+
+
+def test_every_piece_is_an_owner_in_turn():
+    borders = [np.array([7])] * 5
+    shared = shared_by(borders)
+    assert {int(shared.owners(np.array([7]), turn)[0]) for turn in range(40)} == set(range(5))
+
+
+def test_faces_of_several_pieces_are_told():
+    one, other = np.array([[1, 2, 3], [2, 3, 4]]), np.array([[2, 3, 4], [5, 6, 7]])
+    assert [found.tolist() for found in faces_among([one, other])] == [[[2, 3, 4]]] * 2
