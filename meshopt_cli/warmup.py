@@ -56,6 +56,7 @@ GROUPS: dict[str, float] = {
     "nonobtuse": 2,
     "fit": 2,
     "check": 1,
+    "blocks": 0.5,
 }
 
 

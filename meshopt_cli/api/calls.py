@@ -47,6 +47,7 @@ def optimize(
     rounds: int | None = None,
     target_quality: float | None = None,
     time_limit: float | None = None,
+    threads: int | None = None,
     fail_above: float | None = None,
     region: Names = (),
     allow: Names | None = None,
@@ -99,6 +100,9 @@ def optimize(
         Stop when no cell is worse than this Q, 1 at least.
     time_limit : float, optional
         Stop after so many seconds, with the best mesh so far.
+    threads : int, optional
+        How many work at once on a mesh of 100,000 cells and more; as many as there are cores
+        without. The result is the same for any number.
     fail_above : float, optional
         Refuse the result where a cell stays worse than this Q, 1 at least.
     region : names, optional
@@ -146,6 +150,7 @@ def optimize(
     """
     numbers_in({
         "rounds": rounds, "target_quality": target_quality, "time_limit": time_limit,
+        "threads": threads,
         "fail_above": fail_above, "below": below, "slide_tolerance": slide_tolerance,
     })  # fmt: skip
     from ..jobs.optimize_file import named_in
@@ -168,6 +173,7 @@ def optimize(
             rounds=rounds,
             target_quality=target_quality,
             time_limit=time_limit,
+            threads=threads,
             allow=names_of(allow),
             regions=words_of(region),
             keep_off=words_of(keep_off),

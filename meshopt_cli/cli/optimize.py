@@ -94,6 +94,11 @@ compressed; - stands for stdin or stdout, and then the report goes to stderr.
 @number_option("rounds", metavar="N", help="At most so many rounds.")
 @number_option("target-quality", metavar="Q", help="Stop when no cell is worse.")
 @number_option("time-limit", metavar="S", help="Stop after so many seconds.")
+@number_option(
+    "threads", metavar="N",
+    help="Threads that work on a large mesh, of 100,000 cells and more; as many as there are cores "
+         "without. The result is the same for any number.",
+)  # fmt: skip
 @click.option(
     "--keep-best", is_flag=True,
     help="Let Ctrl-C write the best mesh so far; a second one ends the run at once.",

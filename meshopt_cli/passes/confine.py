@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from ..blocks.turns import Reach
 from ..kernels.accept import FLOOR, STRICT
 from ..kernels.operators import relocate
 from ..work.kinds import CELLS, FACES, SIMPLICES
@@ -48,12 +49,12 @@ class Confine(Pass):
             work.next_sweep()
             floor = max(self.least_quality, work.worst_of_all)
             how = relocate.Relocation(relocate.LIMITS, relocate.UNIFORM, 1.0, FLOOR, floor, np.inf)
-            run.visit(work, vertices, work.relocation, how)
+            run.visit(work, vertices, work.relocation, how, reach=Reach.BALLS)
             if not self.left(work):
                 return
             # What is around makes way where it is better for it.
             around = work.movable(work.rings_around(work.cells_at(vertices), 1))
             how = how._replace(method=relocate.OPTIMIZE, rule=STRICT)
-            run.visit(work, around, work.relocation, how)
+            run.visit(work, around, work.relocation, how, reach=Reach.BALLS)
             if run.tally.applied == applied:
                 return

@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from ..blocks.turns import Reach
 from ..kernels import accept as rules
 from ..kernels.operators.flip import sweep_delaunay
 from ..kernels.operators.odt import Pull, sizes_at, smooth_values, sweep_pull
@@ -72,7 +73,8 @@ class Odt(Operator):
         vertices, worst = work.changed_vertices(EVER, self.limit)
         for _ in range(self.sweeps):
             work.next_sweep()
-            run.visit(work, self.ordered(work, vertices, worst), sweep_pull, how, density)
+            order = self.ordered(work, vertices, worst)
+            run.visit(work, order, sweep_pull, how, density, reach=Reach.BALLS)
             self._swap(work, run)
 
     def _swap(self, work: Workspace, run: Run) -> None:
@@ -81,4 +83,5 @@ class Odt(Operator):
         how = Swapping(rule, self.least_quality, pick_best=False, since=EVER)
         limit = min(self.limit, 1.0 / self.swap_worse_than)
         order = self.ordered(work, *work.changed_cells(EVER, limit))
-        run.visit(work, order, sweep_delaunay if in_plane else sweep_swap, how)
+        sweep = sweep_delaunay if in_plane else sweep_swap
+        run.visit(work, order, sweep, how, reach=Reach.SHELLS)

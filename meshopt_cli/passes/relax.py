@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from ..blocks.turns import Reach
 from ..kernels.accept import is_accepted
 from ..kernels.operators import relocate
 from ..kernels.operators.collapse import Collapsing, sweep_collapse
@@ -103,7 +104,7 @@ class Relax(Operator):
         )
         vertices, worst = work.changed_vertices(work.since((self, "balls")), self.limit)
         order = self.ordered(work, vertices, worst)
-        run.visit(work, order, work.relocation, how)
+        run.visit(work, order, work.relocation, how, reach=Reach.BALLS)
 
     def _merge_faces(self, work: FaceWork, run: Run) -> None:
         """Let vertices become one where the degrees around them gain by it, the most first."""

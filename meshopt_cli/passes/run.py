@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from ..blocks.turns import Reach, sweep_in_blocks
 from ..kernels.types import N_VERDICTS, Verdict
 from ..progress.observer import CancelledError, Observer, OutOfTimeError
 from ..work.session import Workspace
@@ -33,20 +34,24 @@ def faces_of(work: Work) -> FaceWork:
 
 @dataclass(frozen=True)
 class Budget:
-    """Until when work may go on.
+    """Until when work may go on, and by how many.
 
     Attributes
     ----------
     deadline : float
         By `time.monotonic`; without end by default.
+    threads : int or None
+        How many may work at once on a large mesh, see `blocks.crew.n_threads`. What they make of
+        it is the same for any number.
     """
 
     deadline: float = math.inf
+    threads: int | None = 1
 
     @classmethod
-    def of(cls, seconds: float) -> Budget:
+    def of(cls, seconds: float, threads: int | None = 1) -> Budget:
         """The budget that ends so many seconds from now."""
-        return cls(time.monotonic() + seconds)
+        return cls(time.monotonic() + seconds, threads)
 
     def check(self) -> None:
         """Ask for more time.
@@ -136,7 +141,14 @@ class Run:
             raise CancelledError
         self.budget.check()
 
-    def visit(self, work: Work, order: Array, sweep: Callable[..., int], *how: Any) -> None:
+    def visit(
+        self,
+        work: Work,
+        order: Array,
+        sweep: Callable[..., int],
+        *how: Any,
+        reach: Reach | None = None,
+    ) -> None:
         """Sweep over entities in chunks, and make room for cells where it is short of it.
 
         Parameters
@@ -145,6 +157,8 @@ class Run:
         sweep : callable
             A kernel: takes the mesh, a part of the order, `how`, the working space and the
             counts, and returns the place in that part where it stopped for want of room.
+        reach : Reach, optional
+            What it touches of the mesh, so that it may go on in blocks of a large one at once.
 
         Raises
         ------
@@ -152,6 +166,9 @@ class Run:
         """
         self.observer.started(self.tally.name, len(order))
         self.check()
+        order = sweep_in_blocks(
+            work, order, sweep, how, reach, self.tally.counts, self.budget.threads, self._advanced
+        )
         for chunk in chunks(order):
             done = 0
             while True:
@@ -160,6 +177,10 @@ class Run:
                     break
                 assert isinstance(work, Workspace)  # nothing else runs short of room
                 work.grow()
-            self.observer.advanced(len(chunk))
-            self.check()
+            self._advanced(len(chunk))
         work.renew()
+
+    def _advanced(self, n: int) -> None:
+        """Tell that so many more were visited, and ask whether to go on."""
+        self.observer.advanced(n)
+        self.check()

@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from ..blocks.turns import Reach
 from ..kernels.operators import relocate
 from ..kernels.types import EDITION, Verdict
 from ..work.kinds import CELLS, FACES, SIMPLICES
@@ -87,7 +88,7 @@ class Smooth(Operator):
             vertices, worst = work.changed_vertices(work.since((self, "balls")), limit)
             order = self.ordered(work, vertices, worst)
             applied = run.tally.applied
-            run.visit(work, order, work.relocation, how)
+            run.visit(work, order, work.relocation, how, reach=Reach.BALLS)
             if run.tally.applied == applied:
                 break
 

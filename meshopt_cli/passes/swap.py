@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from ..blocks.turns import Reach
 from ..kernels.accept import FLAT
 from ..kernels.operators.flip import sweep_flip
 from ..kernels.operators.swap import Swapping, sweep_swap
@@ -43,7 +44,7 @@ class Swap(Operator):
         sweep = sweep_swap if work.dimension == 3 else sweep_flip
         cells, quality = work.changed_cells(since, self.limit)
         order = self.ordered(work, cells, quality)
-        run.visit(work, order, sweep, how)
+        run.visit(work, order, sweep, how, reach=Reach.SHELLS)
 
     def _swap_faces(self, work: FaceWork, run: Run) -> None:
         """Swap pairs of triangles and quads, the worst first, each face once."""

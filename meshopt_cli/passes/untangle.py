@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from ..blocks.turns import Reach
 from ..kernels.accept import FLAT, STRICT
 from ..kernels.operators import relocate
 from ..work.kinds import CELLS, FACES, SIMPLICES
@@ -62,4 +63,4 @@ class Untangle(Remedial):
         how = relocate.Relocation(method, relocate.UNIFORM, 1.0, STRICT, 0.0, np.inf)
         order = work.movable(cells)
         work.next_sweep()
-        run.visit(work, order, work.relocation, how)
+        run.visit(work, order, work.relocation, how, reach=Reach.BALLS)

@@ -54,6 +54,7 @@ class Request:
     rounds: int | None = None
     target_quality: float | None = None
     time_limit: float | None = None
+    threads: int | None = None
     allow: tuple[str, ...] | None = None
     only: tuple[str, ...] = ()
     freeze: tuple[str, ...] = ()
@@ -226,7 +227,7 @@ def plan_of(holds: Settled, dimension: int | None = None, kind: str = SIMPLICES)
     items = table["pipeline"]
     pipeline = Pipeline(
         holds.preset or "custom", stages_of(items, stop), values.get("time-limit", math.inf),
-        repairs_of(items), tuple(measures_in(items)),
+        repairs_of(items), tuple(measures_in(items)), values.get("threads"),
     )  # fmt: skip
     all_measures = values.get("all-measures", False)
     allow = tuple(values.get("allow", ()))

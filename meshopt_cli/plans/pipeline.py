@@ -31,6 +31,9 @@ class Pipeline:
     ----------
     time_limit : float
         Seconds from the start of the run.
+    threads : int or None
+        How many work at once on a large mesh, with the same result for any number; None: as many
+        as this process may use processors.
     repairs : tuple of Repair
         What is to be mended of a mesh before it is worked on; `run` has no part in it.
     measures : tuple of Measure
@@ -42,6 +45,7 @@ class Pipeline:
     time_limit: float = float("inf")
     repairs: tuple[Repair, ...] = ()
     measures: tuple[Measure, ...] = ()
+    threads: int | None = None
 
     def require_measures(self, measure: Measure, families: Iterable[str]) -> None:
         """Refuse cells of families that the measure of a run, or of a stage, is not for.
@@ -91,7 +95,7 @@ class Pipeline:
         """
         steps = tuple(dict.fromkeys(self.passes()))
         work.aim_at(tuple(step.left for step in steps), self.needs_metric)
-        outcome = Outcome(work, observer, Budget.of(self.time_limit))
+        outcome = Outcome(work, observer, Budget.of(self.time_limit, self.threads))
         untouched, before = work.copy(), work.standing()
         edition = int(work.mesh.state[EDITION])
         outcome.observer.stood(before)

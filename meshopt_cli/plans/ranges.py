@@ -120,6 +120,7 @@ RANGES: dict[str, Range] = {
     "gain": Range(0, 1),
     "target-quality": Range(1),
     "time-limit": Range(0, is_endless=True),
+    "threads": Range(1, MOST, is_whole=True),
     "slide-tolerance": Range(0, 1),
     "below": Range(1),
     # of `check` and of [check] in meshopt.toml

@@ -17,7 +17,7 @@ from .ranges import RANGES, quoted
 from .toml import read_text, tables_of
 
 STOPS = ("rounds", "gain", "target-quality")
-NUMBERS = (*STOPS, "time-limit", "below")
+NUMBERS = (*STOPS, "time-limit", "threads", "below")
 SELECT = ("only", "freeze")  # lists of what is selected
 # Tables for kinds of meshes: their keys are those of `STOPS` and the pipeline.
 PLANE, SPACE = "plane", "space"
