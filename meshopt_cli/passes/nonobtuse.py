@@ -1,14 +1,14 @@
-"""nonobtuse: triangles of the plane without obtuse angles (18.4.3)."""
+"""nonobtuse: triangles of the plane without obtuse angles, self-centered tets (18.4.3)."""
 
 from __future__ import annotations
 
-import logging
 import math
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
+from ..kernels.operators.centre import not_centred, sweep_centre
 from ..kernels.operators.clear import Clearing, sweep_clear
 from ..kernels.operators.nonobtuse import lacking, sweep_ease
 from ..kernels.shape.lack import Wants
@@ -16,8 +16,6 @@ from ..kernels.types import Verdict
 from ..work.session import Workspace
 from .base import Pass, option
 from .run import Run
-
-log = logging.getLogger("meshopt")
 
 Array = np.ndarray
 
@@ -28,21 +26,24 @@ WIDE, NARROW = 10.0, 3.0
 WIDE_SWEEPS = 0.25
 CLEARINGS = (NARROW, 1.0, 8.0)  # the same, each time that what is left is cleared
 
+LEAST_PART = 0.002  # of tets that lack something, that a sweep over them is to change
+
 COARSE = 0.5  # part of the vertices that may move, below which there is little to move
 MOST_IN_VAIN = 2
 
 
 @dataclass(frozen=True)
 class NonObtuse(Pass):
-    """Move vertices and flip edges where angles are obtuse, and change more where that fails."""
+    """Move vertices and flip edges where angles are obtuse, and change more where that fails; in
+    space move and swap where tetrahedra do not contain their circumcentre."""
 
     name: ClassVar[str] = "nonobtuse"
     splits_boundary: ClassVar[bool] = True
     takes_metric: ClassVar[bool] = False
     summary: ClassVar[str] = (
         "makes obtuse triangles of the plane acute or right, at the expense of the mean Q, not of "
-        "the worst, with vertices on the boundary where --boundary split lets it; leaves "
-        "tetrahedra as they are (18.4.3)"
+        "the worst, with vertices on the boundary where --boundary split lets it; in space lets "
+        "more tetrahedra contain their circumcentre (18.4.3)"
     )
     kernels: ClassVar[tuple[str, ...]] = ("nonobtuse", "steiner")
 
@@ -70,18 +71,20 @@ class NonObtuse(Pass):
         least=1.0, most=100.0,
     )  # fmt: skip
 
+    least_quality: float = option(
+        0.25, "in space, 1/Q below which no tetrahedron comes to be", least=0.0, most=1.0
+    )
+
     def left(self, work: Workspace) -> int:
-        """Number of obtuse triangles."""
+        """Number of obtuse triangles, or of tetrahedra that are not self-centered."""
         if work.dimension == 3:
-            return 0
+            return not_centred(work.mesh, np.empty(0, np.int64))[0]
         n_obtuse, _ = lacking(work.mesh, self._wants(NARROW, 0.0), np.empty(0, np.int64))
         return n_obtuse
 
     def sweep(self, work: Workspace, run: Run) -> None:
         if work.dimension == 3:
-            if (self, "space") not in work.visits:
-                log.warning("nonobtuse leaves tetrahedra as they are: it is for the plane only")
-            work.visits[(self, "space")] = work.clock
+            self._centre(work, run)
             return
         if work.splittable is not None and self._is_coarse(work):
             self._search(work, run)
@@ -93,6 +96,19 @@ class NonObtuse(Pass):
             self._clear(work, run, margin)
         if work.splittable is not None:
             self._search(work, run)
+
+    def _centre(self, work: Workspace, run: Run) -> None:
+        """Move vertices and swap where tets are not self-centered, or nearly so."""
+        least = max(self.least_quality, work.worst_of_all)
+        for _ in range(self.sweeps):
+            rows = np.empty(work.n_cells, dtype=np.int64)
+            _, n = not_centred(work.mesh, rows)
+            changed = work.not_seen((self, "space"), rows[:n])
+            work.next_sweep()
+            applied = run.tally.applied
+            run.visit(work, changed, sweep_centre, least)
+            if run.tally.applied - applied < LEAST_PART * n:
+                return
 
     def _is_coarse(self, work: Workspace) -> bool:
         """Whether a mesh came with few vertices that may move: moves and flips do little there."""

@@ -82,6 +82,7 @@ def test_examples_are_what_kernels_are_called_with(samples, tmp_path, called, wo
         ["optimize", raw, tmp_path / "out.vtu", "--passes", "smooth"],
         ["optimize", raw, tmp_path / "out.vtu", *constrained],
         ["optimize", flat, tmp_path / "out.vtu", "--passes", "nonobtuse"],
+        ["optimize", raw, tmp_path / "out.vtu", "--passes", "nonobtuse"],
         ["optimize", coarse, tmp_path / "out.vtu", "--passes", "nonobtuse", "--boundary", "split"],
         ["optimize", boxes, tmp_path / "out.vtu"],
         ["optimize", flat, tmp_path / "out.vtu", "--size", "0.2"],

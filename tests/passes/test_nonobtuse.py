@@ -123,14 +123,52 @@ def test_vertices_are_counted():
     assert work.n_points <= most
 
 
-def test_tetrahedra_stay(caplog):
-    work = workspace(shaken(tet_grid(2), 0.3, 1))
-    before = snapshot(work)
-    for _ in range(2):
-        assert NonObtuse().run(work).visited == 0
-    assert snapshot(work) == before
-    assert caplog.text.count("nonobtuse leaves tetrahedra") == 1
-    assert NonObtuse().left(work) == 0
+# In space -------------------------------------------------------------------------------------
+
+SPACE = {
+    "grid": lambda: shaken(tet_grid(5), 0.3, 1),
+    "regions": lambda: halves(shaken(tet_grid(5), 0.2, 2)),
+    "declared": lambda: declaring_some(shaken(tet_grid(4), 0.3, 3)),
+}
+in_space = pytest.mark.parametrize("name", SPACE)
+
+
+def n_off(work):
+    """Tets that do not contain their circumcentre, by its distances from their vertices."""
+    corners = work.mesh.points[work.corners(work.living())]
+    edges = corners[:, 1:] - corners[:, :1]
+    centre = np.linalg.solve(2 * edges, (edges**2).sum(axis=2)[..., None])
+    weights = np.linalg.solve(edges.transpose(0, 2, 1), centre)[..., 0]
+    return int((np.column_stack([weights, 1 - weights.sum(axis=1)]) < -1e-9).any(axis=1).sum())
+
+
+@in_space
+def test_more_tets_are_self_centered(name):
+    work = workspace(cast(SPACE[name]()))
+    before, worst, source = n_off(work), work.standing().worst, work._source
+    assert NonObtuse().left(work) == pytest.approx(before, abs=2)
+    NonObtuse().run(work)
+    assert n_off(work) < 0.8 * before
+    assert work.standing().worst >= worst
+    assert_kept(source, work)
+
+
+@in_space
+def test_a_second_run_in_space_finds_little(name):
+    work = workspace(cast(SPACE[name]()))
+    first = NonObtuse().run(work)
+    left = n_off(work)
+    assert NonObtuse().run(work).applied <= 0.3 * first.applied
+    assert n_off(work) <= left
+
+
+@pytest.mark.parametrize("least", [0.2, 0.5])
+def test_no_tet_comes_to_be_worse_than_asked(least):
+    work = workspace(cast(shaken(tet_grid(5), 0.1, 1)))
+    q = work.quality(work.living())
+    assert q.min() > 0.2
+    NonObtuse(least_quality=least).run(work)
+    assert work.quality(work.living()).min() >= min(least, q.min()) - 1e-12
 
 
 # Among other passes ---------------------------------------------------------------------------

@@ -82,6 +82,26 @@ def gather_shell(
 
 
 @kernel
+def gather_shell_of(
+    mesh: SimplexMesh, cell: int, a: int, b: int, c: int, d: int, scratch: Scratch
+) -> int:
+    """As `gather_shell`, whichever of the tets is the worst."""
+    first = cell
+    n = 0
+    while True:
+        if n == MAX_SHELL:
+            return SHELL_OVERFLOW
+        scratch.shell[n] = cell
+        scratch.ring[n] = c
+        n += 1
+        cell, c, d = next_around(mesh, cell, c, d)
+        if cell < 0:
+            return SHELL_OPEN
+        if cell == first:
+            return n
+
+
+@kernel
 def gather_open_shell(
     mesh: SimplexMesh, cell: int, a: int, b: int, c: int, d: int, scratch: Scratch
 ) -> tuple[int, bool]:

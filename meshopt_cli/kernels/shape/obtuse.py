@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from ...compiled.decorators import entry, kernel
+from ...compiled.decorators import entry, inlined, kernel
 from ..vectors import Vec, at, dot, minus, norm, square_distance
 from .angles import tet_normals
 
@@ -35,6 +36,39 @@ def triangle_kind(a: Vec, b: Vec, c: Vec) -> tuple[bool, bool]:
     return is_obtuse, not is_obtuse
 
 
+class Centring(NamedTuple):
+    """Where the circumcentre of a tet is."""
+
+    is_centred: bool  # inside or on the surface
+    least: float  # the least of its signed heights over the faces, in circumradii; -1 if flat
+
+
+@inlined
+def centring(a: Vec, b: Vec, c: Vec, d: Vec) -> Centring:
+    """Where the circumcentre of a tet of either orientation is; 1/3 high in a regular one."""
+    n0, n1, n2, n3 = tet_normals(a, b, c, d)
+    # It is a + p / (2 volume), in units of six times that of the tet; its barycentric
+    # coordinates follow from the normals.
+    volume = dot(minus(b, a), n1)
+    if volume == 0.0:
+        return Centring(False, -1.0)
+    wb = square_distance(a, b)
+    wc = square_distance(a, c)
+    wd = square_distance(a, d)
+    p = Vec(
+        wb * n1.x + wc * n2.x + wd * n3.x,
+        wb * n1.y + wc * n2.y + wd * n3.y,
+        wb * n1.z + wc * n2.z + wd * n3.z,
+    )
+    whole = 2.0 * volume * volume
+    at_b = dot(p, n1)
+    at_c = dot(p, n2)
+    at_d = dot(p, n3)
+    at_a = whole - at_b - at_c - at_d
+    least = min(at_a / norm(n0), at_b / norm(n1), at_c / norm(n2), at_d / norm(n3))
+    return Centring(min(at_a, at_b, at_c, at_d) >= -OUTSIDE * whole, least / norm(p))
+
+
 @kernel
 def tet_kind(a: Vec, b: Vec, c: Vec, d: Vec) -> tuple[bool, bool]:
     """Whether a dihedral angle is obtuse, and whether the tet contains its circumcentre.
@@ -49,25 +83,7 @@ def tet_kind(a: Vec, b: Vec, c: Vec, d: Vec) -> tuple[bool, bool]:
             # Inward normals: the angle is pi less than that between them.
             cosine = -dot(normals[i], normals[j])
             is_obtuse = is_obtuse or cosine < COS_RIGHT * norm(normals[i]) * norm(normals[j])
-    # The circumcentre is a + p / (2 volume), in units of six times that of the tet; its barycentric
-    # coordinates follow from the normals.
-    volume = dot(minus(b, a), n1)
-    if volume == 0.0:
-        return is_obtuse, False
-    wb = square_distance(a, b)
-    wc = square_distance(a, c)
-    wd = square_distance(a, d)
-    p = Vec(
-        wb * n1.x + wc * n2.x + wd * n3.x,
-        wb * n1.y + wc * n2.y + wd * n3.y,
-        wb * n1.z + wc * n2.z + wd * n3.z,
-    )
-    whole = 2.0 * volume * volume
-    at_b = dot(p, n1)
-    at_c = dot(p, n2)
-    at_d = dot(p, n3)
-    least = min(at_b, at_c, at_d, whole - at_b - at_c - at_d)
-    return is_obtuse, least >= -OUTSIDE * whole
+    return is_obtuse, centring(a, b, c, d).is_centred
 
 
 @entry(group="basic", example=lambda work: (work.mesh.points, work.mesh.cells, work.order))
