@@ -182,6 +182,7 @@ def command(
         from .engines import require_engine
 
         require_engine(engine, scheduler, target)
+        pieces.require_plain(keep_best=keep_best or None, **of_files)
         pieces_task = pieces.PiecesTask(
             inputs[0], place_of(inputs[0], output, in_place), work, of_files["fail_above"]
         )

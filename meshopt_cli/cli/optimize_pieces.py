@@ -20,6 +20,19 @@ from .terminal import compile_kernels, is_plain, say
 log = logging.getLogger("meshopt")
 
 
+def require_plain(fail_above: float | None, **options: object) -> None:
+    """Refuse options that are for single files.
+
+    Raises
+    ------
+    ConfigError
+    """
+    for name, value in options.items():
+        if value is not None:
+            flag = "--binary and --ascii" if name == "binary" else f"--{name.replace('_', '-')}"
+            raise ConfigError(f"{flag}: not for meshes in pieces")
+
+
 def run(
     task: PiecesTask,
     engine: str | None,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import logging
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -79,6 +80,8 @@ def require_piecewise(task: Task) -> None:
         wrong = "--keep-off"
     elif request.only or request.freeze or request.below is not None:
         wrong = "--only, --freeze and --below"
+    elif accepted(task).plan.pipeline.time_limit < math.inf:
+        wrong = "a time limit"
     elif accepted(task).plan.pipeline.repairs:
         wrong = "the pass repair"
     elif task.write_quality:
