@@ -168,6 +168,7 @@ def optimize_mesh(
     observer: Observer = SILENT,
     prepare: Prepare | None = None,
     stays: Sequence[Array] | None = None,
+    any_gain: bool = False,
 ) -> Optimized:
     """Optimize a mesh; it is left as it is.
 
@@ -181,6 +182,8 @@ def optimize_mesh(
     stays : sequence of (n,) bool, optional
         Which cells stay as they are, by blocks of the greatest dimension, where the task selects
         none itself.
+    any_gain : bool
+        Take the result however little it gains: see `plans.pipeline.LEAST_GAIN`.
 
     Raises
     ------
@@ -209,6 +212,8 @@ def optimize_mesh(
                 "meshopt report judges any mesh by one"
             )
         plan = _plan(given.holds, task, mesh.dimension(), kind)
+        if any_gain:
+            plan = replace(plan, pipeline=replace(plan.pipeline, least_gain=0.0))
         if prepare is not None:
             prepare(plan.kernels())
         with naming(source.path):

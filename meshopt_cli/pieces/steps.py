@@ -164,7 +164,8 @@ def improve(
         stays = masks if any(mask.any() for mask in masks) else None
     mesh = replace(mesh, regions=job.regions)
     encoding = Encoding("vtu", "1.0", binary=True)
-    done = optimize_mesh(given, mesh, Source(job.sources[i], encoding, ""), stays=stays)
+    source = Source(job.sources[i], encoding, "")
+    done = optimize_mesh(given, mesh, source, stays=stays, any_gain=not near_shared)
     result = done.result.mesh
     n_new = count_new(mesh, result, job.numbered, first)
     store.put(turn, f"out{i}", replace(result, regions=None))

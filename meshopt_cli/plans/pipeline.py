@@ -38,6 +38,8 @@ class Pipeline:
         What is to be mended of a mesh before it is worked on; `run` has no part in it.
     measures : tuple of Measure
         What steers stages of it, besides the measure of the run.
+    least_gain : float
+        See `LEAST_GAIN`.
     """
 
     name: str
@@ -46,6 +48,7 @@ class Pipeline:
     repairs: tuple[Repair, ...] = ()
     measures: tuple[Measure, ...] = ()
     threads: int | None = None
+    least_gain: float = LEAST_GAIN
 
     def require_measures(self, measure: Measure, families: Iterable[str]) -> None:
         """Refuse cells of families that the measure of a run, or of a stage, is not for.
@@ -110,7 +113,7 @@ class Pipeline:
         except StoppedError as why:
             outcome.stopped = CANCELLED if isinstance(why, CancelledError) else TIME_IS_UP
         after = outcome.work.standing()
-        if before.is_better_than(after) or gain(before, after) < LEAST_GAIN:
+        if before.is_better_than(after) or gain(before, after) < self.least_gain:
             outcome.work = untouched
             if outcome.stopped not in (TIME_IS_UP, CANCELLED):
                 outcome.stopped = NOTHING_TO_GAIN
