@@ -60,6 +60,11 @@ class Family:
     corners: Array
     partitions: tuple[Array, ...]
 
+    def counted(self, n: int) -> str:
+        """So many cells in words: "1 tetrahedron", "3,920 tetrahedra"."""
+        one = "tetrahedron" if self.name == "tetra" else self.name
+        return f"{n:,} {one if n == 1 else self.plural}"
+
     @property
     def n_corners(self) -> int:
         return len(self.reference)

@@ -17,6 +17,7 @@ from .options import (
     INPUT,
     LOG_FILE,
     OUTPUT,
+    engine_options,
     measure_option,
     metric_options,
     names_in,
@@ -81,6 +82,7 @@ CODES = completion.of(completion.rules, many=True)
               help="Write the cells and points that are found, with their codes.")  # fmt: skip
 @number_option("jobs", metavar="N",
                help="Processes; as many as there are cores where it is worth it.")  # fmt: skip
+@engine_options
 @click.option("--exit-zero", is_flag=True, help="Exit with 0 although a mesh is bad.")
 @click.option("--no-config", is_flag=True, help="Read no meshopt.toml or pyproject.toml.")
 @click.option("--explain", metavar="CODE", help="Say what a rule means, and check nothing.",
@@ -93,6 +95,8 @@ def command(
     form: str,
     statistics: bool,
     jobs: int | None,
+    engine: str | None,
+    scheduler: str | None,
     exit_zero: bool,
     no_config: bool,
     explain: str | None,
@@ -129,7 +133,13 @@ def command(
         compile_kernels(verbosity < 0, ("basic", "check"))
     statuses: list[int] = []
     log_file = click.get_current_context().meta[LOG_FILE]
-    verdicts = _noted(examine_all(files, task, jobs, partial(set_up_log, file=log_file)), statuses)
+    if engine or scheduler:
+        from .engines import verdicts_on_pieces
+
+        judged = verdicts_on_pieces(files, task, engine, scheduler, jobs, verbosity)
+    else:
+        judged = examine_all(files, task, jobs, partial(set_up_log, file=log_file))
+    verdicts = _noted(judged, statuses)
     try:
         for part in output.parts(verdicts, Manner(verbosity, statistics)):
             click.echo(part, nl=False)

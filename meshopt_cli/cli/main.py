@@ -42,6 +42,8 @@ COMMANDS = {
     "report": ("report", "Show the quality of meshes."),
     "view": ("view", "Draw a mesh, its cells coloured by their quality."),
     "repair": ("repair", "Mend what is wrong with a mesh, on request."),
+    "split": ("split", "Cut a mesh in pieces."),
+    "join": ("join", "Put the pieces of a mesh together."),
     "schema": ("schema", "Print the JSON schema of pipeline files."),
     "list": ("listing", "List passes, measures, formats, outputs, rules or presets."),
 }

@@ -16,6 +16,7 @@ from . import completion
 from .options import (
     OUTPUT,
     all_names_in,
+    engine_options,
     many_file_options,
     measure_option,
     metric_options,
@@ -28,6 +29,8 @@ from .options import (
 if TYPE_CHECKING:
     from ..jobs.metric import Asked
     from ..jobs.optimize_file import FileTask
+
+PIECES = ".pvtu"  # what a mesh in pieces is called
 
 # Options that are for the files, and not for what is made of the mesh.
 OF_FILES = ("fail_above", "input_format", "file_format", "binary", "metric_out")
@@ -133,6 +136,7 @@ compressed; - stands for stdin or stdout, and then the report goes to stderr.
          "or a group; see the README; repeatable.",
 )  # fmt: skip
 @click.option("--no-data", is_flag=True, help="Drop all arrays but tags.")
+@engine_options
 @click.option(
     "--write-quality", is_flag=True,
     help="Put Q, type and region of the cells into OUTPUT, as arrays for ParaView.",
@@ -143,6 +147,8 @@ def command(
     output: Path | None,
     output_dir: Path | None,
     jobs: int | None,
+    engine: str | None,
+    scheduler: str | None,
     in_place: bool,
     reports: tuple[Path, ...],
     as_json: bool,
@@ -170,6 +176,16 @@ def command(
     if verbosity > 0 or any(row.all_measures for row in (shown, *written.values())):
         work = replace(work, all_measures=True)
     drawn = any(row.pictures for row in written.values())
+    target = output or (inputs[0] if in_place and inputs else None)
+    if engine or scheduler or (target is not None and target.suffix.lower() == PIECES):
+        from . import optimize_pieces as pieces
+        from .engines import require_engine
+
+        require_engine(engine, scheduler, target)
+        pieces_task = pieces.PiecesTask(
+            inputs[0], place_of(inputs[0], output, in_place), work, of_files["fail_above"]
+        )
+        return pieces.run(pieces_task, engine, scheduler, jobs, shown, written, verbosity)
     if output_dir is not None or is_pattern(output):
         from .optimize_many import Many, optimize_many
 

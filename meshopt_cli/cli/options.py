@@ -274,6 +274,20 @@ def number_option(key: str, **attributes: Any) -> Callable[[Callable[..., Any]],
     return click.option(f"--{key}", type=Number(key), **attributes)
 
 
+def engine_options(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Who works on a mesh in pieces."""
+    for option in reversed((
+        click.option("--engine", type=click.Choice(["local", "dask"]),
+                     help="Who works on a mesh in pieces, .pvtu: processes of this machine, which "
+                          "is the default, or Dask's workers; --jobs says how many."),
+        click.option("--scheduler", metavar="ADDRESS",
+                     help="Dask's scheduler, such as tcp://host:8786; without it workers are "
+                          "started here."),
+    )):  # fmt: skip
+        function = option(function)
+    return function
+
+
 def names_in(
     ctx: click.Context, parameter: click.Parameter, value: str | None
 ) -> tuple[str, ...] | None:

@@ -36,7 +36,7 @@ from .table import FORMATS, Format
 
 __all__ = ["FORMATS", "MEMORY", "PIPE", "Encoding", "Format", "Numbering", "Source", "Written"]
 __all__ += ["encoding_for", "extension"]
-__all__ += ["numbering", "owned", "read", "sniff", "write"]
+__all__ += ["fitted", "numbering", "owned", "read", "sniff", "write"]
 
 log = logging.getLogger("meshopt")
 
@@ -224,9 +224,9 @@ def write(path: Path, mesh: Mesh, encoding: Encoding) -> Written:
     row = FORMATS[encoding.format]
     digest: list[str] = []
     try:
-        fitted, dropped = row.fit(mesh, encoding)
+        ready, dropped = row.fit(mesh, encoding)
         with written(path, digest) as temporary:
-            row.write(temporary, fitted, encoding)
+            row.write(temporary, ready, encoding)
     except NoReaderError as error:  # a mesh is needed, unlike what is only shown
         raise WriteError(str(error)) from None
     except MeshoptError:
@@ -235,10 +235,21 @@ def write(path: Path, mesh: Mesh, encoding: Encoding) -> Written:
         raise WriteError(f"{path}: cannot be written: {reason(error)}") from error
     except Exception as error:
         raise WriteError(f"{path}: cannot be written as {row.title}: {_one_line(error)}") from error
+    return Written(path, encoding, digest[0], _without(path, row, dropped))
+
+
+def fitted(path: Path, mesh: Mesh, encoding: Encoding) -> tuple[Mesh, tuple[str, ...]]:
+    """A mesh as a format holds it, and what it cannot hold, of which there is a warning."""
+    row = FORMATS[encoding.format]
+    ready, dropped = row.fit(mesh, encoding)
+    return ready, _without(path, row, dropped)
+
+
+def _without(path: Path, row: Format, dropped: list[str]) -> tuple[str, ...]:
     lost = tuple(dict.fromkeys(map(shown, dropped)))
     if lost:
         log.warning("%s: %s cannot hold %s: dropped", path, row.title, ", ".join(lost))
-    return Written(path, encoding, digest[0], lost)
+    return lost
 
 
 @contextlib.contextmanager

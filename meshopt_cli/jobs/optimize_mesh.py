@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -12,7 +12,7 @@ from ..boundary.policy import POLICIES, Fixed, Policy, Slide, Split
 from ..constraints.grammar import KeepOff, keep_offs
 from ..errors import EXIT_BAD_MESH, BadMeshError, ConfigError, UnsupportedMeshError, chosen, naming
 from ..mesh.any_cells import is_of_any_cells
-from ..mesh.model import Mesh
+from ..mesh.model import Array, Mesh
 from ..passes import PASSES
 from ..plans.config import Plan, Request, plan_of, settle
 from ..plans.sources import Settled
@@ -167,6 +167,7 @@ def optimize_mesh(
     source: Source,
     observer: Observer = SILENT,
     prepare: Prepare | None = None,
+    stays: Sequence[Array] | None = None,
 ) -> Optimized:
     """Optimize a mesh; it is left as it is.
 
@@ -177,6 +178,9 @@ def optimize_mesh(
     prepare : function of groups of kernels, optional
         Called with those that the run needs, before it starts; else they compile as they are
         called.
+    stays : sequence of (n,) bool, optional
+        Which cells stay as they are, by blocks of the greatest dimension, where the task selects
+        none itself.
 
     Raises
     ------
@@ -209,10 +213,14 @@ def optimize_mesh(
             prepare(plan.kernels())
         with naming(source.path):
             frozen = None
-            if not plan.selection.is_whole:
-                from .selection import frozen_in  # seldom needed
+            if stays is not None or not plan.selection.is_whole:
+                from .selection import Frozen, frozen_in  # seldom needed
 
-                frozen = frozen_in(mesh, plan, task.policy, given.keep_offs)
+                frozen = (
+                    frozen_in(mesh, plan, task.policy, given.keep_offs)
+                    if stays is None
+                    else Frozen(tuple(stays))
+                )
                 if frozen is not None and frozen.is_all:
                     frozen, plan = None, plan.idle()
             work = partial(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -12,7 +13,7 @@ from ..errors import EXIT_TERMINATED
 from ..files.ending import between_steps, clean_up
 
 if TYPE_CHECKING:
-    from concurrent.futures import Future
+    from concurrent.futures import Future, ProcessPoolExecutor
 
 Task = TypeVar("Task")
 Done = TypeVar("Done")
@@ -51,11 +52,9 @@ def each(
     if n_processes <= 1:
         yield from (work(*task) for task in tasks)
         return
-    from concurrent.futures import ProcessPoolExecutor
     from concurrent.futures.process import BrokenProcessPool
 
-    pool = ProcessPoolExecutor(n_processes, None, _start_worker, (set_up, verbosity))
-    try:
+    with started(n_processes, set_up, verbosity) as pool:
         pending = [(task, pool.submit(work, *task)) for task in tasks]
         for _, future in pending:
             future.add_done_callback(lambda one: None if _failed(one) else note(one.result()))
@@ -64,6 +63,18 @@ def each(
                 yield future.result()
             except BrokenProcessPool:
                 yield killed(path, task, f"{path}: its process was killed: try --jobs 1")
+
+
+@contextlib.contextmanager
+def started(
+    n_processes: int, set_up: Callable[[int], None], verbosity: int
+) -> Iterator[ProcessPoolExecutor]:
+    """So many processes, that end with this one; see `each`."""
+    from concurrent.futures import ProcessPoolExecutor
+
+    pool = ProcessPoolExecutor(n_processes, None, _start_worker, (set_up, verbosity))
+    try:
+        yield pool
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
 

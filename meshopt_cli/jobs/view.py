@@ -184,7 +184,7 @@ def worst_of(scene: Scene, measure: Measure, n: int) -> list[tuple[str, int, flo
 def _title(scene: Scene, measure: Measure, source: Source, negative: bool) -> str:
     """The file, how many cells there are, and from where to where the measure goes, or how many
     are negative and flat."""
-    kinds = ", ".join(f"{len(c):,} {FAMILIES[f].plural}" for f, c in scene.cells.items())
+    kinds = ", ".join(FAMILIES[f].counted(len(c)) for f, c in scene.cells.items())
     name = shown(source.path.name) or "stdin"
     if negative:
         signs = np.concatenate(list(scene.signs.values()))

@@ -107,6 +107,20 @@ def distinct(values: Array) -> Array:
     return ordered[is_new]
 
 
+def ascending(values: Array) -> Array:
+    """Rows in which numbers of 0 and more ascend, equal ones in their order.
+
+    `np.argsort` does the same: to sort words that hold the number and the row takes a quarter of
+    the time, where they fit.
+    """
+    n_bits = len(values).bit_length()
+    if int(values.max(initial=0)).bit_length() + n_bits > 63:
+        return np.argsort(values, kind="stable")
+    words = (values << n_bits) | np.arange(len(values))
+    words.sort()
+    return words & ((1 << n_bits) - 1)
+
+
 def distinct_rows(rows: Array) -> tuple[Array, Array, Array]:
     """Each row once, in the order of their first columns, then of the next.
 

@@ -122,6 +122,39 @@ def _n_values(arrays: list[Array]) -> int:
     return len(adjacency.distinct(np.concatenate(arrays)))
 
 
+def labels(blocks: list[Block]) -> dict[str, Array | None]:
+    """The distinct values of the arrays that may tell regions, on all of some blocks of a piece of
+    a mesh; None for those that have too many, unless their name alone says that they do."""
+    found: dict[str, Array | None] = {}
+    for name, arrays in _on_all(blocks).items():
+        if not _tells_nothing(name) and all(is_whole(a) for a in arrays):
+            values = adjacency.distinct(np.concatenate(arrays)).astype(np.int64)
+            found[name] = values if len(values) <= MAX_LABELS or name in TAG_NAMES else None
+    return found
+
+
+def tags_among(of_pieces: list[dict[str, Array | None]], n_cells: int) -> tuple[str, ...]:
+    """The arrays that make regions of a mesh in pieces, as `is_tag` has it.
+
+    Parameters
+    ----------
+    of_pieces : list of dict
+        What `labels` gives for each piece.
+    n_cells : int
+        Of all pieces.
+    """
+    names = [n for n in of_pieces[0] if all(n in one for one in of_pieces)]
+    found = []
+    for name in names:
+        values = [one[name] for one in of_pieces]
+        several = [one for one in values if one is not None]
+        n = len(adjacency.distinct(np.concatenate(several))) if several else 0
+        few = len(several) == len(values) and n <= MAX_LABELS
+        if name in TAG_NAMES or (few and n < max(n_cells, MOST_ALONE + 1)):
+            found.append(name)
+    return tuple(found)
+
+
 def tags_of(blocks: list[Block], regions: tuple[str, ...] | None = None) -> dict[str, Array]:
     """The tags that make regions of the cells of some blocks, each (ne, ...), by name.
 

@@ -132,6 +132,7 @@ RANGES: dict[str, Range] = {
     "tolerance": Range(0, 0.1, is_open=True),
     "limit": Range(0, MOST, is_whole=True),
     "jobs": Range(1, MOST, is_whole=True),
+    "pieces": Range(1, MOST, is_whole=True),
     # of metrics
     "gradation": Range(1.01, 100),
     "size-min": Range(0),

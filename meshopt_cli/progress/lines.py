@@ -6,7 +6,7 @@ import contextlib
 import math
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, TextIO
 
 from .watch import Progress, Told
@@ -79,6 +79,32 @@ def tqdm_progress(file: TextIO | None = None, plain: bool = False) -> Iterator[T
     finally:
         timer.cancel()
         timer.join()
+        if bar is not None:
+            bar.close()
+
+
+@contextlib.contextmanager
+def tqdm_pieces(file: TextIO, plain: bool) -> Iterator[Callable[[str, int, int, float], None]]:
+    """One line by tqdm for a mesh in pieces: the step, how many pieces are done of how many, how
+    many a second, what is left, and the worst Q."""
+    bar: tqdm | None = None
+
+    def told(what: str, done: int, n: int, worst: float) -> None:
+        nonlocal bar
+        if bar is None or bar.desc != f"{what}: ":
+            from tqdm import tqdm
+
+            if bar is not None:
+                bar.close()
+            bar = tqdm(total=n, initial=done - 1, desc=what, file=file, unit="piece", leave=False,
+                       ascii=plain or None, dynamic_ncols=True)  # fmt: skip
+        bar.n = done
+        bar.set_postfix_str("" if math.isnan(worst) else f"worst Q {worst:.4g}", refresh=False)
+        bar.refresh()
+
+    try:
+        yield told
+    finally:
         if bar is not None:
             bar.close()
 

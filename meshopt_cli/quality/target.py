@@ -20,7 +20,9 @@ N_SHAPES = 20
 FACES_PER_SHAPE = 50
 
 
-def target(simplices: Simplices, measure: Measure, most: int | None = None) -> float:
+def target(
+    simplices: Simplices, measure: Measure, most: int | None = None, faces: Array | None = None
+) -> float:
     """Q of the best cell that the worst boundary facet allows (Table 18.3).
 
     Over an edge of the plane this is the equilateral triangle. Over a triangle of space the
@@ -32,11 +34,13 @@ def target(simplices: Simplices, measure: Measure, most: int | None = None) -> f
     most : int, optional
         Search for no more shapes of faces than this, among the thinnest: what they force holds,
         and others may force more.
+    faces : (n, 3) int64, optional
+        These facets of the skin alone, as they stand there.
     """
     if simplices.dimension == 2:
         return 1.0
     # Seen from inside, so that an apex on the side of the cell is above.
-    faces = simplices.skin
+    faces = simplices.skin if faces is None else faces
     if most is not None and len(faces) > FACES_PER_SHAPE * most:
         n = FACES_PER_SHAPE * most
         faces = faces[np.argpartition(_thinness(simplices.points[faces]), n)[:n]]

@@ -139,5 +139,5 @@ class Report:
 def _cells_of(summary: Summary) -> str:
     """How many cells a mesh has, and of which families."""
     if not summary.parts:
-        return f"{summary.n_cells:,} {FAMILIES[summary.family].plural}"
+        return FAMILIES[summary.family].counted(summary.n_cells)
     return f"{summary.n_cells:,} cells ({', '.join(map(_cells_of, summary.parts))})"

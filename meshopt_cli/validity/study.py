@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ..cells import SIMPLICES, Family, dimension_of, family_of
-from ..mesh.adjacency import distinct, row_ids
+from ..mesh.adjacency import row_ids
 from ..mesh.facets import CellSet, FacetSet, facets_of, joined
 from ..mesh.model import Array, Block, Mesh, top_blocks
 from ..mesh.plane import InPlane, in_plane, precision_of
@@ -242,6 +242,6 @@ def _in_doubt(cells: Array) -> Array:
     mixed ^= mixed >> np.uint64(29)
     mixed *= np.uint64(0xBF58476D1CE4E5B9)
     total = mixed.sum(axis=1)
-    order = np.argsort(total, kind="stable")
-    same = np.flatnonzero(np.diff(total[order]) == 0)
-    return distinct(np.concatenate([order[same], order[same + 1]]))
+    ordered = np.sort(total)
+    twice = ordered[1:][ordered[1:] == ordered[:-1]]
+    return np.flatnonzero(np.isin(total, twice)) if len(twice) else np.empty(0, np.int64)

@@ -317,9 +317,10 @@ def simplices_of(
     number[rows] = np.arange(len(rows))
     # Cells in order of region, then of their first vertex: stable, and near in memory.
     living = living_cells(mesh)
-    cells, region = number[mesh.cells[living]], mesh.region[living]
-    order = np.lexsort((cells.min(axis=1), region))
-    cells, region = cells[order], region[order]
+    cells, region = number[np.take(mesh.cells, living, axis=0)], mesh.region[living]
+    least = np.minimum.reduce([*cells.T])
+    order = adjacency.ascending(region * len(rows) + least)
+    cells, region = np.take(cells, order, axis=0), region[order]
     patch = None
     if resamples:
         beyond = mesh.neighbours[living][order]

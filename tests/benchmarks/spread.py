@@ -1,8 +1,9 @@
 """How much of a result is luck: a mesh under several numberings of its vertices and cells.
 
-`python tests/benchmarks/spread.py MESH... [--times N] [--preset NAME]` optimizes each mesh as it
-is and renumbered so many times, as whole processes, and prints for each figure the median and the
-range. What a preset is said to reach is the median.
+`python tests/benchmarks/spread.py MESH... [--times N] [--preset NAME] [--pieces N,...]` optimizes
+each mesh as it is and renumbered so many times, as whole processes, and prints for each figure the
+median and the range. What a preset is said to reach is the median. With --pieces it cuts the mesh
+in so many pieces, too, and optimizes these.
 """
 
 from __future__ import annotations
@@ -47,17 +48,34 @@ def runs(part: Part, times: int, preset: str, folder: Path) -> Iterator[tuple[fl
     source, log = folder / "mesh.mesh", folder / "report.json"
     for seed in range(times + 1):
         native.write_medit(source, renumbered(part, seed))
-        subprocess.run(
-            [sys.executable, "-m", "meshopt_cli", "optimize", str(source), str(folder / "out.mesh"),
-             "--preset", preset, "--report", str(log), "-q"],
-            check=True,
-        )  # fmt: skip
-        told = json.loads(log.read_text(encoding="utf-8"))
-        after = told["after"]
-        yield (
-            after["worst"], after["mean"], after["histogram"]["percent"][0], after["angle_min"],
-            after["ne"], told["seconds"]["optimize"],
-        )  # fmt: skip
+        meshopt("optimize", source, folder / "out.mesh", "--preset", preset, "--report", log)
+        yield figures_in(log)
+
+
+def in_pieces(part: Part, n: int, preset: str, folder: Path) -> tuple[float, ...]:
+    """The figures of a mesh that was cut in n pieces."""
+    source, log = folder / "mesh.mesh", folder / "report.json"
+    native.write_medit(source, part)
+    meshopt("split", source, folder / "in.pvtu", "--pieces", n)
+    meshopt("optimize", folder / "in.pvtu", folder / "out.pvtu", "--preset", preset,
+            "--report", log)  # fmt: skip
+    meshopt("check", folder / "out.pvtu")
+    return figures_in(log)
+
+
+def meshopt(*words: object) -> None:
+    """Run a command."""
+    subprocess.run([sys.executable, "-m", "meshopt_cli", *map(str, words), "-q"], check=True)
+
+
+def figures_in(log: Path) -> tuple[float, ...]:
+    """What a report tells."""
+    told = json.loads(log.read_text(encoding="utf-8"))
+    after = told["after"]
+    return (
+        after["worst"], after["mean"], after["histogram"]["percent"][0], after["angle_min"],
+        after["ne"], told["seconds"]["optimize"],
+    )  # fmt: skip
 
 
 def shown(values: tuple[float, ...]) -> str:
@@ -73,6 +91,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("meshes", nargs="+", type=Path, metavar="MESH")
     parser.add_argument("--times", type=int, default=10, help="numberings besides its own")
     parser.add_argument("--preset", default="standard")
+    parser.add_argument("--pieces", default="", metavar="N,...", help="cut it, too")
     options = parser.parse_args(arguments)
     table = Table(title=f"{options.preset}, {options.times + 1} numberings: median (range)")
     for name in ("mesh", *FIGURES):
@@ -81,7 +100,11 @@ def main(arguments: list[str] | None = None) -> int:
         part, _ = native.read_any(path)
         with tempfile.TemporaryDirectory() as folder:
             figures = list(runs(part, options.times, options.preset, Path(folder)))
-        table.add_row(path.name, *(shown(values) for values in zip(*figures, strict=True)))
+            table.add_row(path.name, *(shown(values) for values in zip(*figures, strict=True)))
+            for n in filter(None, options.pieces.split(",")):
+                figures = [in_pieces(part, int(n), options.preset, Path(folder))]
+                row = (shown(values) for values in zip(*figures, strict=True))
+                table.add_row(f"  in {n} pieces", *row)
     (Console() if sys.stdout.isatty() else Console(width=160)).print(table)
     return 0
 

@@ -199,3 +199,10 @@ def test_the_spread_is_told(samples, capsys):
     spread.main([str(samples / "quadtree.vtk"), "--times", "2", "--preset", "fast"])
     line = next(one for one in capsys.readouterr().out.splitlines() if "quadtree" in one)
     assert len(line.split("│")) == 2 + 1 + len(spread.FIGURES)
+
+
+def test_pieces_are_told_of_beside_the_whole(samples, capsys):
+    mesh = str(samples / "quadtree.vtk")
+    spread.main([mesh, "--times", "0", "--preset", "fast", "--pieces", "3"])
+    told = [line for line in capsys.readouterr().out.splitlines() if "│" in line]
+    assert any("in 3 pieces" in line for line in told)

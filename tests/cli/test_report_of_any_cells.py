@@ -64,7 +64,7 @@ def test_families_are_told_of_one_by_one_and_together(meshopt, tmp_path):
     counts = np.array([part["histogram"]["counts"] for part in parts.values()])
     assert before["histogram"]["counts"] == counts.sum(axis=0).tolist()
     out = meshopt("report", path).out
-    assert "2 cells (1 triangles, 1 quads), 5 vertices, aspect ratio (18.6, 18.10)" in out
+    assert "2 cells (1 triangle, 1 quad), 5 vertices, aspect ratio (18.6, 18.10)" in out
     assert [line.split()[0] for line in out.splitlines()[2:8:2]] == ["triangles", "quads", "all"]
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from meshopt_cli import formats, warmup
-from meshopt_cli.blocks.partition import LEAST_CELLS
+from meshopt_cli.blocks import partition
 from meshopt_cli.cli.entry import status_of
 from meshopt_cli.compiled import decorators, ways, words
 from meshopt_cli.validity import boundary, overlap
@@ -60,7 +60,9 @@ def test_examples_are_what_kernels_are_called_with(samples, tmp_path, called, wo
     # Checks of small meshes do without compiled code.
     monkeypatch.setattr(overlap, "MANY", 0)
     monkeypatch.setattr(boundary, "MANY", 0)
-    monkeypatch.setitem(LEAST_CELLS, 3, 1000)  # small meshes have no blocks
+    # And so does work on them without blocks.
+    monkeypatch.setitem(partition.LEAST_CELLS, 3, 3000)
+    monkeypatch.setattr(partition, "BLOCK_CELLS", 400)
     raw = tmp_path / "raw.vtu"
     mesh = tet_grid(3)
     mesh.point_data["height"] = mesh.points[:, 2].copy()

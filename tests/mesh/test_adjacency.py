@@ -208,3 +208,9 @@ def test_keys_sort_as_rows_do(rows):
     rows = np.sort(np.array(rows), axis=1)
     keys = adjacency.row_keys(rows[:, ::-1], 21)
     np.testing.assert_array_equal(rows[np.argsort(keys)], rows[np.lexsort(rows.T[::-1])])
+
+
+@given(st.lists(st.integers(0, 2**62), max_size=40), st.integers(0, 61))
+def test_ascending_keeps_the_order_of_equal_numbers(numbers, shift):
+    values = np.array(numbers, dtype=np.int64) >> shift
+    np.testing.assert_array_equal(adjacency.ascending(values), np.argsort(values, kind="stable"))

@@ -89,3 +89,9 @@ def test_the_shape_functions_are_those_of_vtk(name):
         weights = [0.0] * ELEMENTS[name].n_nodes
         cell.InterpolateFunctions(row, weights)
         assert values == pytest.approx(weights, abs=1e-12)
+
+
+@pytest.mark.parametrize("family", FAMILIES.values(), ids=list(FAMILIES))
+def test_one_cell_is_told_as_one(family):
+    assert family.counted(1) in ("1 " + family.name, "1 tetrahedron")
+    assert family.counted(1200) == f"1,200 {family.plural}"

@@ -9,8 +9,8 @@ import numpy as np
 
 from meshopt_cli.compiled import decorators
 
-# Groups of kernels that no pass calls yet.
-WITHOUT_PASS = {"cells", "global"}
+# Groups of kernels that no pass names: those of some kinds of meshes.
+WITHOUT_PASS = {"blocks", "cells", "global"}
 
 
 def at(place):

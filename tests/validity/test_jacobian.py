@@ -325,7 +325,7 @@ def exact_hexahedron(points, at):
     return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
 
 
-@examples(40)
+@examples(15)
 @given(seeds)
 @example(0)
 def test_hexahedra_by_exact_arithmetic(seed):

@@ -13,8 +13,8 @@ from .cells import Cells, counted
 from .dataset import MARKS, Dataset, marks_of, only
 
 # Numbers of points through all pieces, by their name in small letters.
-_IDS = ("globalnodeid", "globalnodeids", "globalpointid", "globalpointids")
-_DUPLICATE = 1  # VTK's mark of a cell that another piece has too
+ALIASES = ("globalnodeid", "globalnodeids", "globalpointid", "globalpointids")
+DUPLICATE = 1  # VTK's mark of a cell that another piece has too
 _SAME_PLACE = 1e-5  # of the extent: points with one number are not farther apart
 
 
@@ -45,9 +45,9 @@ def join(pieces: list[Dataset], dropped: list[str]) -> Dataset:
 
 def _without_ghosts(piece: Dataset) -> Dataset:
     marks = marks_of(piece.cell_data)
-    if marks is None or not (marks & _DUPLICATE).any():
+    if marks is None or not (marks & DUPLICATE).any():
         return _unmarked(piece)
-    rest = _unmarked(only(piece, (marks & _DUPLICATE) == 0))
+    rest = _unmarked(only(piece, (marks & DUPLICATE) == 0))
     lost = _used(piece) & ~_used(rest)
     number = np.cumsum(~lost) - 1
     vertices, n = rest.cells.connectivity, len(lost)
@@ -62,7 +62,7 @@ def _unmarked(piece: Dataset) -> Dataset:
 
     def without(arrays: dict[str, Array]) -> dict[str, Array]:
         marks = marks_of(arrays)
-        if marks is None or (marks > _DUPLICATE).any():
+        if marks is None or (marks > DUPLICATE).any():
             return arrays
         return {name: values for name, values in arrays.items() if name not in MARKS}
 
@@ -117,7 +117,7 @@ def _common(tables: list[dict[str, Array]], dropped: list[str]) -> dict[str, Arr
 
 def _first_alike(whole: Dataset, piece_of: Array) -> Array:
     """For each point, the first point that is the same, (np,) int64."""
-    for name in [whole.ids, *(n for n in whole.point_data if n.lower() in _IDS)]:
+    for name in [whole.ids, *(n for n in whole.point_data if n.lower() in ALIASES)]:
         ids = whole.point_data.get(name)
         if ids is not None and ids.ndim == 1 and ids.dtype.kind in "iu":
             first, apart = _grouped([ids], piece_of)

@@ -42,6 +42,11 @@ def _code(values: Array) -> str:
     return f"{values.dtype.kind}{values.dtype.itemsize}"
 
 
+def number_type(values: Array) -> str:
+    """What a file with XML calls the numbers of an array: "Float64"."""
+    return _XML_NAMES[_code(values)]
+
+
 def vertices_of(mesh: Mesh) -> list[Array]:
     """The cells of each block, in VTK's order of their vertices."""
     orders = [ORDER.get(NUMBERS[block.type]) for block in mesh.blocks]
@@ -189,7 +194,7 @@ def _data_array(
     said = html.escape(name).encode("ascii", "xmlcharrefreplace").decode()
     width = f' NumberOfComponents="{values.shape[1]}"' if values.ndim == 2 else ""
     form = "binary" if encoding.binary else "ascii"
-    kind = _XML_NAMES[_code(values)]
+    kind = number_type(values)
     yield f'<DataArray type="{kind}" Name="{said}"{width}{attributes} format="{form}">\n'.encode()
     if not encoding.binary:
         yield from lines(values) if values.size else ()

@@ -92,5 +92,5 @@ def _standing(families: list[str], counts: list[int]) -> str:
     there = [(name, n) for name, n in zip(families, counts, strict=True) if n]
     if sum(counts) == 1:
         return f"the {there[0][0]} stands by itself: it bounds no cell"
-    named = [f"{n:,} {name if n == 1 else FAMILIES[name].plural}" for name, n in there]
+    named = [FAMILIES[name].counted(n) for name, n in there]
     return f"{' and '.join(named)} stand by themselves, from this one on: they bound no cell"
