@@ -101,7 +101,7 @@ def optimize(
     time_limit : float, optional
         Stop after so many seconds, with the best mesh so far.
     threads : int, optional
-        How many work at once on a mesh of 100,000 cells and more; as many as there are cores
+        How many work at once on a mesh of 100,000 tetrahedra and more; as many as there are cores
         without. The result is the same for any number.
     fail_above : float, optional
         Refuse the result where a cell stays worse than this Q, 1 at least.

@@ -6,6 +6,7 @@ All have the arrays of the mesh, in which no one reads what another one writes.
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import ClassVar
 
 import numpy as np
 
@@ -37,9 +38,13 @@ class Balls:
 
     Attributes
     ----------
+    least_part : float
+        Shorter orders, as a part of the cells, take two threads no less time than one.
     shares : list of Share
         What each block visits.
     """
+
+    least_part: ClassVar[float] = 0.02
 
     def __init__(self, work: Workspace, label: Array, n_blocks: int, order: Array) -> None:
         self._mesh = mesh = work.mesh
@@ -59,6 +64,8 @@ class Shells:
     Parameters and attributes as those of `Balls`, but for the order: cells, alive or not. Those
     with an edge on a rim are nobody's.
     """
+
+    least_part: ClassVar[float] = 0.2
 
     def __init__(self, work: Workspace, label: Array, n_blocks: int, order: Array) -> None:
         while _n_spare(work) < SPARE_PART * work.n_cells + SPARE_ROWS * n_blocks:

@@ -12,7 +12,7 @@ from ..work.session import Workspace
 from ..work.storage import new_scratch
 from .crew import Share, n_threads, work_on
 from .cut import Balls, Shells
-from .partition import N_TURNS, is_large, is_worth_it, partition_of
+from .partition import N_TURNS, is_large, partition_of
 
 Array = np.ndarray
 
@@ -52,7 +52,7 @@ def sweep_in_blocks(
         return order
     assert isinstance(work, Workspace)
     for turn in range(N_TURNS):
-        if not is_worth_it(work, order):
+        if len(order) < reach.value.least_part * work.n_cells:
             break
         partition = partition_of(work)
         parts = reach.value(work, partition.labels[turn], partition.n_blocks, order)

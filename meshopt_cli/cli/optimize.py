@@ -96,7 +96,7 @@ compressed; - stands for stdin or stdout, and then the report goes to stderr.
 @number_option("time-limit", metavar="S", help="Stop after so many seconds.")
 @number_option(
     "threads", metavar="N",
-    help="Threads that work on a large mesh, of 100,000 cells and more; as many as there are cores "
+    help="Threads that work on a mesh of 100,000 tetrahedra and more; as many as there are cores "
          "without. The result is the same for any number.",
 )  # fmt: skip
 @click.option(

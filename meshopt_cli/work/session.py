@@ -100,8 +100,8 @@ class Workspace:
         self.judge = judge
         self.bounds = Bounds(target, self.n_vertices, n_points)
         self.visits: dict[Hashable, Any] = {}
-        # Which blocks it is worked on in, see `blocks`; replaced, never written into.
-        self.partition: object = None
+        self.n_input_cells = len(source.cells)
+        self.partition: object = None  # see `blocks`; replaced, never written into
         # By the edition of the mesh and the judge; replaced, never written into.
         self._standings: dict[tuple[int, Judge], Standing] = {}
         self._aims: tuple[Callable[[Workspace], int], ...] = ()
@@ -139,11 +139,6 @@ class Workspace:
     def n_input_points(self) -> int:
         """Number of points the mesh came with."""
         return len(self._source.points)
-
-    @property
-    def n_input_cells(self) -> int:
-        """Number of cells the mesh came with."""
-        return len(self._source.cells)
 
     @property
     def places(self) -> Array:

@@ -18,7 +18,8 @@ from meshopt_cli.plans.presets import PRESETS
 from support.samples import SAMPLES
 
 # What is about a terminal and the files of a command, and so no keyword of the function.
-OF_COMMANDS = {"meshes", "output", "to", "output_dir", "jobs", "in_place", "reports", "as_json",
+OF_COMMANDS = {"engine", "scheduler", "meshes",
+               "output", "to", "output_dir", "jobs", "in_place", "reports", "as_json",
                "quiet", "verbose", "file_format", "binary", "metric_out", "log_file", "no_config",
                "show_config", "keep_best"}  # fmt: skip
 FILES = ("grid.vtk", "raw_ball.mesh", "plate.vtu", "quadtree.vtk", "two_regions.msh")

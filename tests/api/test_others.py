@@ -12,7 +12,8 @@ from support.edits import shaken
 from support.meshes import tet_grid
 from support.samples import SAMPLES
 
-TERMINAL = {"meshes", "form", "statistics", "jobs", "exit_zero", "no_config", "explain", "output",
+TERMINAL = {"engine", "scheduler", "meshes",
+            "form", "statistics", "jobs", "exit_zero", "no_config", "explain", "output",
             "quiet", "verbose", "log_file"}  # fmt: skip
 CALLED = {"extend": "extend_select", "gates": "gate", "regions": "region", "measures": "measure",
           "marked": "write_quality"}  # fmt: skip

@@ -60,7 +60,7 @@ def test_a_pass_gives_the_same_for_any_number_of_threads(dimension, name, option
 @pytest.mark.parametrize("dimension", MESHES)
 def test_blocks_find_what_one_piece_finds(dimension, name, monkeypatch):
     work, tally = swept(dimension, name, {}, 2)
-    monkeypatch.setattr(partition, "LEAST_CELLS", np.inf)
+    monkeypatch.setattr(partition, "LEAST_CELLS", {2: np.inf, 3: np.inf})
     whole, at_once = swept(dimension, name, {}, 2)
     assert tally.applied == pytest.approx(at_once.applied, rel=0.1)
     assert work.standing().mean == pytest.approx(whole.standing().mean, rel=0.01)

@@ -61,9 +61,8 @@ def test_examples_are_what_kernels_are_called_with(samples, tmp_path, called, wo
     monkeypatch.setattr(overlap, "MANY", 0)
     monkeypatch.setattr(boundary, "MANY", 0)
     # And so does work on them without blocks.
-    monkeypatch.setattr(partition, "LEAST_CELLS", 3000)
+    monkeypatch.setitem(partition.LEAST_CELLS, 3, 3000)
     monkeypatch.setattr(partition, "BLOCK_CELLS", 400)
-    monkeypatch.setattr(partition, "LEAST_PART", 0.0)
     raw = tmp_path / "raw.vtu"
     mesh = tet_grid(3)
     mesh.point_data["height"] = mesh.points[:, 2].copy()

@@ -206,8 +206,9 @@ def test_start_up_is_small(module):
 
 
 def test_every_pass_says_which_kernels_it_needs():
-    """A first run compiles these before it starts, and no others."""
+    """A first run compiles these before it starts, and no others but those of blocks."""
     groups = {group for kind in PASSES.values() for group in kind.kernels}
-    assert groups | {"basic", "check"} | WITHOUT_PASS == set(GROUPS)
+    # Those of blocks are few, and for large meshes alone: they are compiled when one comes.
+    assert groups | {"basic", "blocks", "check"} | WITHOUT_PASS == set(GROUPS)
     shares = shares_of(GROUPS, 3)
     assert sorted(group for share in shares for group in share) == sorted(GROUPS)
