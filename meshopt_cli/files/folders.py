@@ -5,15 +5,20 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from ..errors import WriteError, reason
 from .ending import note_written, temporary, undivided
 
 
-def require_own_folder(path: Path, suffix: str) -> None:
+def require_own_folder(path: Path, is_own: Callable[[str], bool]) -> None:
     """Refuse to replace a folder that has other files than those that are written anew.
+
+    Parameters
+    ----------
+    is_own : function of a name
+        Whether a file that is called so is one of them.
 
     Raises
     ------
@@ -21,7 +26,7 @@ def require_own_folder(path: Path, suffix: str) -> None:
     """
     if path.exists() and not path.is_dir():
         raise WriteError(f"{path}: cannot be written: it is no folder")
-    others = sorted(p.name for p in path.iterdir() if p.suffix != suffix) if path.exists() else []
+    others = sorted(p.name for p in path.iterdir() if not is_own(p.name)) if path.exists() else []
     if others:
         raise WriteError(
             f"{path}: it has other files in it, such as {others[0]}: name another place"

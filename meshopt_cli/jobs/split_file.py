@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from ..files.folders import replacing_folder, require_own_folder
 from ..files.places import require_writable
 from ..formats import FORMATS
 from ..formats.vtk.dataset import MARKS
-from ..formats.vtk.parallel import SUFFIX, folder_of, is_index, names_of, write_index
+from ..formats.vtk.parallel import SUFFIX, folder_of, is_index, is_piece_of, names_of, write_index
 from ..formats.vtk.pieces import ALIASES, DUPLICATE
 from ..mesh.model import Mesh, top_blocks
 from ..mesh.pieces import IDS, cut, part_of
@@ -43,7 +44,7 @@ def require_index(path: Path) -> None:
     if not is_index(path):
         raise ConfigError(f"{path}: pieces go to a file called {SUFFIX}, and a folder beside it")
     require_writable(path)
-    require_own_folder(folder_of(path), ".vtu")
+    require_own_folder(folder_of(path), partial(is_piece_of, path))
 
 
 def split_file(

@@ -84,8 +84,8 @@ def require_piecewise(task: Task) -> None:
         wrong = "a time limit"
     elif accepted(task).plan.pipeline.repairs:
         wrong = "the pass repair"
-    elif task.write_quality:
-        wrong = "--write-quality"
+    elif task.write_quality or task.no_data:
+        wrong = "--write-quality" if task.write_quality else "--no-data"
     if wrong:
         raise ConfigError(f"{wrong}: not for meshes in pieces; meshopt join makes one of them")
 
@@ -152,7 +152,7 @@ def _fingerprint(task: PiecesTask, sources: Sequence[Path]) -> dict[str, Any]:
         except OSError as error:
             raise ReadError(f"{path}: this piece cannot be read") from error
         files.append([str(path.resolve()), stat.st_size, stat.st_mtime_ns])
-    words = repr((accepted(task.task).holds.values, task.task.regions, task.task.no_data))
+    words = repr((accepted(task.task).holds.values, task.task.regions))
     return {
         "meshopt": __version__,
         "options": hashlib.sha256(words.encode()).hexdigest(),

@@ -109,8 +109,8 @@ def survey(job: Job, i: int) -> dict[str, Any]:
 
 
 def number(job: Job, i: int, first: int) -> dict[str, Any]:
-    """Give the points of a piece numbers: those on its border as `numbers_by_place` has them, the
-    others from a first one on."""
+    """Give the points of a piece numbers: those on its border as the store has them, the others
+    from a first one on."""
     mesh = job.store.get(0, f"in{i}")
     border = border_vertices(mesh)
     ids = np.full(len(mesh.points), -1)

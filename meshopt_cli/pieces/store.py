@@ -42,10 +42,17 @@ class Store:
         Raises
         ------
         WriteError
+            It cannot be made, or has what no run in pieces wrote.
         """
         try:
-            if self.job() == job:
+            before = self.job()
+            if before == job:
                 return True
+            if before is None and self.folder.exists() and any(self.folder.iterdir()):
+                raise WriteError(
+                    f"{self.folder}: it has other files in it, and a run needs this folder: name "
+                    "another OUTPUT"
+                )
             shutil.rmtree(self.folder, ignore_errors=True)
             self.folder.mkdir()
             self._write(self.folder / _JOB, job)

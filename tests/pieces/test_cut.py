@@ -131,6 +131,18 @@ def test_what_was_there_is_replaced_as_a_whole(tmp_path, whole):
     assert len(sources_of(index)) == 2
 
 
+def test_meshes_of_others_are_not_replaced(tmp_path, whole):
+    """A folder of that name may be somebody's, and have meshes in it."""
+    index = tmp_path / "out.pvtu"
+    folder_of(index).mkdir()
+    mine = folder_of(index) / "part.vtu"
+    mine.write_bytes(whole.read_bytes())
+    with pytest.raises(WriteError, match=r"part\.vtu"):
+        split_file(whole, index, 3)
+    assert mine.read_bytes() == whole.read_bytes()
+    assert not index.exists()
+
+
 def test_what_cannot_be_cut_is_refused(tmp_path, whole):
     with pytest.raises(ConfigError, match="pvtu"):
         split_file(whole, tmp_path / "out.vtu", 2)

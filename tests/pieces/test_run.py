@@ -9,7 +9,13 @@ import pytest
 
 from meshopt_cli import formats
 from meshopt_cli.boundary.policy import Slide
-from meshopt_cli.errors import BadMeshError, ConfigError, ReadError, UnsupportedMeshError
+from meshopt_cli.errors import (
+    BadMeshError,
+    ConfigError,
+    ReadError,
+    UnsupportedMeshError,
+    WriteError,
+)
 from meshopt_cli.formats.vtk.parallel import folder_of, sources_of
 from meshopt_cli.jobs.optimize_file import FileTask, optimize_file
 from meshopt_cli.jobs.optimize_mesh import Task
@@ -232,12 +238,24 @@ def test_what_needs_the_whole_is_refused(whole, pieces_of, tmp_path):
         ({"policy": Slide()}, "slide"),
         ({"keep_off": ("x=0.5:0.1",)}, "keep-off"),
         ({"write_quality": True}, "write-quality"),
+        ({"no_data": True}, "no-data"),
     ]:
         with pytest.raises(ConfigError, match=what):
             optimize_pieces(task(index, output, **wrong), Here())
     request = Request(below=3.0)
     with pytest.raises(ConfigError, match="below"):
         optimize_pieces(PiecesTask(index, output, Task(request)), Here())
+
+
+def test_a_folder_of_others_is_left_alone(whole, pieces_of, tmp_path):
+    index, folder = pieces_of(whole, 2), tmp_path / "out.work"
+    folder.mkdir()
+    (folder / "notes.txt").write_text("mine")
+    with pytest.raises(WriteError, match=r"out\.work"):
+        optimized(index, tmp_path, preset="fast")
+    assert (folder / "notes.txt").read_text() == "mine"
+    (folder / "notes.txt").unlink()
+    optimized(index, tmp_path, preset="fast")
 
 
 def test_what_is_wrong_with_a_piece_is_told(whole, pieces_of, tmp_path, read):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import re
 from pathlib import Path
 
 from ...errors import ReadError, WriteError, reason
@@ -30,6 +31,11 @@ def folder_of(path: Path) -> Path:
 def names_of(path: Path, n: int) -> list[str]:
     """The names of its n pieces in this folder."""
     return [f"{path.stem}_{i:0{len(str(n - 1))}}.vtu" for i in range(n)]
+
+
+def is_piece_of(path: Path, name: str) -> bool:
+    """Whether a file of its folder is called as `names_of` calls one of however many pieces."""
+    return re.fullmatch(rf"{re.escape(path.stem)}_\d+\.vtu", name) is not None
 
 
 def sources_of(path: Path) -> list[Path]:
